@@ -41,7 +41,7 @@ module gracecg_files_data_table
     contains
         procedure :: column => add_column       !! Declares a column
         procedure :: columns_of => add_columns  !! Declares several columns that only files have
-        generic :: add => add_texts, add_real, add_reals, add_integer, add_long_integer, add_logical
+        generic :: add => add_texts, add_label, add_real, add_reals, add_integer, add_long_integer, add_logical
         !! Puts the next value, or the next values, into the row; real ones that are not known leave their cells empty
         procedure :: add_nothing                !! Leaves a cell empty
         procedure :: row_count                  !! How many rows there are
@@ -49,7 +49,7 @@ module gracecg_files_data_table
         procedure :: write => write_file        !! Writes a CSV file
         procedure :: to_json                    !! Units and rows as members of a JSON object
         procedure :: lines                      !! For people
-        procedure, private :: add_texts, add_real, add_reals, add_integer, add_long_integer, add_logical, put
+        procedure, private :: add_texts, add_label, add_real, add_reals, add_integer, add_long_integer, add_logical, put
     end type data_table_t
 
 contains
@@ -129,6 +129,16 @@ contains
         if (present(third)) call self%put(TEXT, trim(third), 0.0_dp)
         if (present(fourth)) call self%put(TEXT, trim(fourth), 0.0_dp)
     end subroutine add_texts
+
+    !> A text and the numbers behind it.
+    subroutine add_label(self, value, numbers)
+        class(data_table_t), intent(inout) :: self
+        character(*), intent(in) :: value
+        real(dp), intent(in) :: numbers(:)
+
+        call self%put(TEXT, trim(value), 0.0_dp)
+        call self%add_reals(numbers)
+    end subroutine add_label
 
     subroutine add_real(self, value, known)
         class(data_table_t), intent(inout) :: self

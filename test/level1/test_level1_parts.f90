@@ -8,7 +8,7 @@ module test_level1_parts
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
     use gracecg_level1_attitude_reading, only: combine_heads
     use gracecg_level1_series, only: find_strays
-    use gracecg_level1_held_currents, only: find_steps, rod_acceleration
+    use gracecg_level1_held_currents, only: find_steps, rod_accelerations
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_moment_series, only: new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments, torque_rods_t
@@ -176,8 +176,9 @@ contains
                 call take_measured_moments(moments, truth)
                 set%knowledge%rods = truth
                 truth%delay = LATE
+                set%angular_acceleration = rod_accelerations(set, truth, set%accelerometer_time, .true.)
                 do k = 1, SAMPLES
-                    set%angular_acceleration(:, k) = rod_acceleration(set, truth, set%accelerometer_time(k), .true.) + &
+                    set%angular_acceleration(:, k) = set%angular_acceleration(:, k) + &
                         [7e-4_dp, -1e-5_dp, 1e-4_dp] + NOISE*[stream%normal(), stream%normal(), stream%normal()]
                 end do
                 call find_steps(arcs, share, delay)

@@ -109,16 +109,16 @@ contains
         if (.not. allocated(error)) call symmetric_eigen(all_estimated%covariance, values, directions, error)
         if (allocated(error)) return
         call begin_rows('all of them together, mm', rows)
-        call add_row('noise alone', joint_sigma(noise), rows)
-        if (any(all_estimated%parameter_sigma > 0)) call add_row('with what is estimated, too', joint_sigma(all_estimated), rows)
+        call rows%add('noise alone', joint_sigma(noise)/MILLIMETRE)
+        if (any(all_estimated%parameter_sigma > 0)) &
+            call rows%add('with what is estimated, too', joint_sigma(all_estimated)/MILLIMETRE)
         call console%line('')
         call console%table(rows)
         call results%begin('joint')
         call results%member('noise_alone_mm', joint_sigma(noise)/MILLIMETRE)
         call results%member('sigma_mm', joint_sigma(all_estimated)/MILLIMETRE)
         call results%end()
-        call table%add('joint')
-        call table%add([[joint_sigma(all_estimated), sqrt(values(3))]/MILLIMETRE, directions(:, 3)])
+        call table%add('joint', [[joint_sigma(all_estimated), sqrt(values(3))]/MILLIMETRE, directions(:, 3)])
         call table%add_nothing(3)
     end subroutine add_joint_bound
 
@@ -130,15 +130,6 @@ contains
         call rows%column('label', 'a', heading)
         call axis_columns(rows, '', '_mm', 'f12.5', '')
     end subroutine begin_rows
-
-    subroutine add_row(label, lengths, rows)
-        character(*), intent(in) :: label
-        real(dp), intent(in) :: lengths(3)      !! m
-        type(data_table_t), intent(inout) :: rows
-
-        call rows%add(label)
-        call rows%add(lengths/MILLIMETRE)
-    end subroutine add_row
 
     !> The bound, what is added to it, and its ellipsoid: as a row, for people, and what JSON has besides.
     subroutine add_bound(calibration, bound, table, console, results)
@@ -152,12 +143,11 @@ contains
         type(data_table_t) :: rows, ellipsoid
         integer :: i
 
-        call table%add(calibration%case%name)
-        call table%add([[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3)])
-        call table%add([bound%consider_sigma]/MILLIMETRE)
+        call table%add(calibration%case%name, [[bound%sigma, bound%principal_sigma(3)]/MILLIMETRE, bound%direction(:, 3), &
+                                               bound%consider_sigma/MILLIMETRE])
         call results%member('case', trim(calibration%case%name))
         call begin_rows(trim(calibration%case%name)//': least sigma of the CG offset, mm', rows)
-        call add_row('noise (Cramer-Rao bound)', bound%sigma, rows)
+        call rows%add('noise (Cramer-Rao bound)', bound%sigma/MILLIMETRE)
         call results%begin('adds_by_mm')
         do i = 1, size(SOURCES)
             call add_source(SOURCES(i), bound%by_source(:, i), '  adds by ')
@@ -166,7 +156,7 @@ contains
             call add_source(KNOWLEDGE_SOURCES(i)%name, bound%by_knowledge(:, i), '  ')
         end do
         call results%end()
-        call add_row('all (consider covariance)', bound%consider_sigma, rows)
+        call rows%add('all (consider covariance)', bound%consider_sigma/MILLIMETRE)
         call console%table(rows)
         associate (asked => calibration%options%optimal)
             estimated = pack(SOURCES(:3), [asked%estimate_scale_factors, asked%estimate_rod_gain, &
@@ -198,7 +188,7 @@ contains
             character(*), intent(in) :: prefix      !! Of its label
 
             if (.not. any(sigma > 0)) return
-            call add_row(prefix//name, sigma, rows)
+            call rows%add(prefix//name, sigma/MILLIMETRE)
             call results%member(trim(name), sigma/MILLIMETRE)
         end subroutine add_source
     end subroutine add_bound
@@ -219,7 +209,7 @@ contains
         call reliability_of_case(calibration%case, calibration%options, report, error)
         if (allocated(error)) return
         call begin_rows('what optimal does not estimate, mm', added)
-        call add_row('  all that &a_priori states of it', report%stated, added)
+        call added%add('  all that &a_priori states of it', report%stated/MILLIMETRE)
         call console%table(added)
         call results%member('stated_mm', report%stated/MILLIMETRE)
         call rows%column('belief', 'a', '  belief')
@@ -238,10 +228,9 @@ contains
                 call results%member('effect_as_stated_mm', abs(test%within)/MILLIMETRE)
                 call results%end()
                 if (all(abs(test%within) <= report%wanted)) cycle
-                call rows%add('  '//test%subject)
-                call rows%add(min(test%stated, merge(test%detectable, test%largest, smallest > 0))/belief_size(belief))
-                call rows%add(belief_unit(belief))
-                call rows%add(abs(test%within)/MILLIMETRE)
+                call rows%add('  '//test%subject, &
+                              [min(test%stated, merge(test%detectable, test%largest, smallest > 0))/belief_size(belief)])
+                call rows%add(belief_unit(belief), abs(test%within)/MILLIMETRE)
             end associate
         end do
         call results%end()

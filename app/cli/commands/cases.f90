@@ -65,6 +65,7 @@ contains
         type(case_t) :: case
         type(data_table_t) :: table
         type(results_t) :: results
+        real(dp) :: latitude, longitude, height
         integer :: i
 
         call table%column('case', 'a', 'case')
@@ -78,8 +79,10 @@ contains
         call table%column('rod_z_a_m2', 'i6', '|z')
         do i = 1, size(REPORT_CASE_NAMES)
             call report_case(REPORT_CASE_NAMES(i), case, error)
-            if (.not. allocated(error)) call add_case(case, table, error)
+            if (.not. allocated(error)) call case_place(case, latitude, longitude, height, error)
             if (allocated(error)) return
+            call table%add(case%name, case%satellite%name, utc_text(case%epoch))
+            call table%add([latitude/DEGREE, longitude/DEGREE, height/1000, amplitudes_of(case%satellite%rods)])
         end do
         call console%table(table)
         call results%open('cases')
@@ -87,20 +90,6 @@ contains
                           'fitted to density and wind')
         call results%publish(table, console, error)
     end subroutine list_cases
-
-    !> A row of the list: where the satellite stands at the epoch, and its manoeuvre.
-    subroutine add_case(case, table, error)
-        type(case_t), intent(in) :: case
-        type(data_table_t), intent(inout) :: table
-        type(error_t), allocatable, intent(out) :: error
-
-        real(dp) :: latitude, longitude, height
-
-        call case_place(case, latitude, longitude, height, error)
-        if (allocated(error)) return
-        call table%add(case%name, case%satellite%name, utc_text(case%epoch))
-        call table%add([latitude/DEGREE, longitude/DEGREE, height/1000, amplitudes_of(case%satellite%rods)])
-    end subroutine add_case
 
     !> Where the satellite stands at the epoch of a case. Fails when its models cannot be built.
     subroutine case_place(case, latitude, longitude, height, error)
@@ -129,9 +118,7 @@ contains
 
         amplitude = 0
         do i = 1, rods%count
-            associate (activation => rods%activations(i))
-                amplitude(activation%axis) = amplitude(activation%axis) + activation%amplitude
-            end associate
+            amplitude(rods%activations(i)%axis) = amplitude(rods%activations(i)%axis) + rods%activations(i)%amplitude
         end do
     end function amplitudes_of
 end module gracecg_cli_cases

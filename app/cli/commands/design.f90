@@ -103,7 +103,7 @@ contains
             return
         end if
         call read_request(arguments, request, misuse)
-        call take_cases(arguments, request, calibration, console, misuse, error)
+        call take_cases(arguments, calibration, console, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
         if (.not. arguments%has('--amplitude')) &
             request%plan%settings%amplitude = usual_amplitude(calibration%case%satellite%rods)
@@ -136,11 +136,14 @@ contains
         if (.not. allocated(error) .and. request%out /= '') call write_case(request, plan, console, error)
     end subroutine run_design
 
+    !> What is asked for; fails for options that contradict each other.
     subroutine read_request(arguments, request, misuse)
         type(arguments_t), intent(in) :: arguments
         type(request_t), intent(out) :: request
         type(error_t), allocatable, intent(out) :: misuse
 
+        character(13), parameter :: OF_THE_SEARCH(8) = [character(13) :: '--anywhere', '--everywhere', '--rods', &
+            '--amplitude', '--frequencies', '--waveforms', '--taper', '--rise-time']
         real(dp) :: frequencies(2)
         character(:), allocatable :: rods
         type(string_t), allocatable :: waveforms(:)
@@ -169,31 +172,17 @@ contains
         call arguments%get('--step', request%map_step, misuse, low=1, high=3600)
         call arguments%get('--out', request%out, misuse)
         call arguments%get('--map', request%map, misuse)
-        call check_combination(arguments, misuse)
-    end subroutine read_request
-
-    !> Options that contradict each other.
-    subroutine check_combination(arguments, misuse)
-        type(arguments_t), intent(in) :: arguments
-        type(error_t), allocatable, intent(inout) :: misuse
-
-        character(13), parameter :: OF_THE_SEARCH(8) = [character(13) :: '--anywhere', '--everywhere', '--rods', &
-                                                       '--amplitude', '--frequencies', '--waveforms', '--taper', &
-                                                       '--rise-time']
-        integer :: i
-
         call refuse_if(arguments%has('--anywhere') .and. (arguments%has('--at') .or. arguments%has('--everywhere')), &
                        'options --at, --anywhere and --everywhere: --anywhere chooses the place itself', misuse)
         do i = 1, size(OF_THE_SEARCH)
             call refuse_if(arguments%has('--manoeuvre') .and. arguments%has(trim(OF_THE_SEARCH(i))), 'option '// &
                            trim(OF_THE_SEARCH(i))//' is for the search, and --manoeuvre does not search', misuse)
         end do
-    end subroutine check_combination
+    end subroutine read_request
 
     !> The case whose orbit it is, with the manoeuvre to judge when one is given.
-    subroutine take_cases(arguments, request, calibration, console, misuse, error)
+    subroutine take_cases(arguments, calibration, console, misuse, error)
         type(arguments_t), intent(in) :: arguments
-        type(request_t), intent(in) :: request
         type(calibration_t), intent(out) :: calibration
         type(console_t), intent(inout) :: console
         type(error_t), allocatable, intent(inout) :: misuse
@@ -294,14 +283,10 @@ contains
         end if
         call table%column('kind', 'a', label)
         call axis_columns(table, '', '_mm', 'f10.5', '')
-        call table%add('limit: sigma by the noise of the accelerometer')
-        call table%add(design%sigma/MILLIMETRE)
-        call table%add('error by the density wave')
-        call table%add(design%wave/MILLIMETRE)
-        call table%add('error by curved drag and radiation')
-        call table%add(design%force/MILLIMETRE)
-        call table%add('all together, worst axis')
-        call table%add(design%worst/MILLIMETRE)
+        call table%add('limit: sigma by the noise of the accelerometer', design%sigma/MILLIMETRE)
+        call table%add('error by the density wave', design%wave/MILLIMETRE)
+        call table%add('error by curved drag and radiation', design%force/MILLIMETRE)
+        call table%add('all together, worst axis', [design%worst/MILLIMETRE])
         call table%add_nothing(2)
         call console%table(table)
     end subroutine show_quality
@@ -369,9 +354,9 @@ contains
             associate (point => points(i), quality => points(i)%quality)
                 if (present(labels)) call table%add(labels(i))
                 call table%add(point%time)
-                call table%add(time_of(case, point))
-                call table%add([[point%latitude, point%longitude]/DEGREE, [quality%sigma, point%worst_sigma]/MILLIMETRE, &
-                                point%worst_direction, [quality%wave, quality%force]/MILLIMETRE, &
+                call table%add(time_of(case, point), [[point%latitude, point%longitude]/DEGREE, &
+                                [quality%sigma, point%worst_sigma]/MILLIMETRE, point%worst_direction, &
+                                [quality%wave, quality%force]/MILLIMETRE, &
                                 [quality%motion%rate, quality%motion%excursion]/DEGREE])
             end associate
         end do
@@ -442,8 +427,7 @@ contains
             call refuse_if(arguments%has(trim(OF_A_MANOEUVRE(i))), 'option '//trim(OF_A_MANOEUVRE(i))//' is of a manoeuvre, '// &
                            'and --whisper has none', misuse)
         end do
-        if (arguments%has('--amplitude')) call arguments%get('--amplitude', limits%moment, misuse, low=1e-6_dp, high=1e4_dp, &
-                                                             unit='A m^2')
+        call arguments%get('--amplitude', limits%moment, misuse, low=1e-6_dp, high=1e4_dp, unit='A m^2')
         if (arguments%has('--frequencies')) call arguments%get('--frequencies', limits%band, misuse, low=1e-6_dp, &
                                                                high=1e3_dp, unit='Hz')
         if (arguments%has('--pointing-limit')) then
@@ -485,9 +469,8 @@ contains
         call tones%column('current_ma', 'f8.3', 'current, mA')
         call tones%column('turn_urad', 'f8.3', 'turns up to, urad')
         do k = 1, 3
-            call tones%add(AXES(k))
-            call tones%add([plan%tones(k)%frequency, plan%tones(k)%moment, plan%tones(k)%moment/USUAL_ROD_GAIN, &
-                            maxval(plan%tones(k)%turn)*1e6_dp])
+            call tones%add(AXES(k), [plan%tones(k)%frequency, plan%tones(k)%moment, plan%tones(k)%moment/USUAL_ROD_GAIN, &
+                                     maxval(plan%tones(k)%turn)*1e6_dp])
         end do
         call console%table(tones)
         call tones%to_json(results, 'tones', units=.false.)
@@ -496,8 +479,7 @@ contains
         call axis_columns(reached, 'sigma_', '_mm', 'f9.5', 'sigma, mm')
         call axis_columns(reached, 'noise_alone_', '_mm', 'f9.5', 'by the noise alone, mm')
         do k = 1, size(TIMES)
-            call reached%add(trim(TIMES(k)))
-            call reached%add([plan%sigma(:, k), plan%sigma_alone(:, k)]/MILLIMETRE)
+            call reached%add(TIMES(k), [plan%sigma(:, k), plan%sigma_alone(:, k)]/MILLIMETRE)
         end do
         call console%table(reached)
         call console%line('')

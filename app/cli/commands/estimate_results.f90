@@ -4,7 +4,6 @@ module gracecg_cli_estimate_results
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_files, only: OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_estimation_iteration, only: iteration_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_action, only: action_t, refuse_offset, ACTIONS, DO_NOT_USE
@@ -321,8 +320,7 @@ contains
 
         sigma = state_sigmas(solution)
         call table%columns_of(COLUMNS)
-        call table%add(solution%algorithm)
-        call table%add([solution%offset, sigmas(solution)]/MILLIMETRE)
+        call table%add(solution%algorithm, [solution%offset, sigmas(solution)]/MILLIMETRE)
         call table%add(solution%iterations)
         call table%add(solution%converged)
         call table%add([solution%condition, solution%residual_rms, solution%drift, sigma(STATE_DRIFT), solution%bias, &
@@ -427,25 +425,20 @@ contains
         if (allocated(solution%history)) then
             call results%begin_array('history')
             do i = 1, size(solution%history)
-                call put_iteration(solution%history(i), results)
+                associate (it => solution%history(i))
+                    call results%begin()
+                    call results%member('fit', trim(it%fit))
+                    call results%member('iteration', it%number)
+                    call put_values('residual_rms', it%residual_names, it%residual_rms, results)
+                    call results%member('residual_unit', trim(it%residual_unit))
+                    call put_values('correction', it%names, it%correction, results)
+                    call put_values('state', it%state_names, it%state, results)
+                    call results%end()
+                end associate
             end do
             call results%end()
         end if
     end subroutine put_solution
-
-    subroutine put_iteration(iteration, results)
-        type(iteration_t), intent(in) :: iteration
-        type(results_t), intent(inout) :: results
-
-        call results%begin()
-        call results%member('fit', trim(iteration%fit))
-        call results%member('iteration', iteration%number)
-        call put_values('residual_rms', iteration%residual_names, iteration%residual_rms, results)
-        call results%member('residual_unit', trim(iteration%residual_unit))
-        call put_values('correction', iteration%names, iteration%correction, results)
-        call put_values('state', iteration%state_names, iteration%state, results)
-        call results%end()
-    end subroutine put_iteration
 
     subroutine put_values(key, names, values, results)
         character(*), intent(in) :: key, names(:)

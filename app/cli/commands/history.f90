@@ -1,6 +1,7 @@
 !> gracecg history: the offset over months and years, and when to calibrate next.
 module gracecg_cli_history
     use gracecg_base_constants, only: MICROMETRE, SECONDS_PER_DAY, JULIAN_YEAR
+    use gracecg_base_text, only: pick_text
     use gracecg_environment_time, only: utc_t, parse_utc
     use gracecg_files_table, only: table_file_t
     use gracecg_estimation_action, only: listed_axes
@@ -90,11 +91,7 @@ contains
         if (.not. allocated(error)) call read_all_offsets(arguments, console, offsets, error)
         if (.not. allocated(error)) call read_known_changes(arguments, changes, misuse, tanks, error)
         if (allocated(error) .or. allocated(misuse)) return
-        if (allocated(today)) then
-            call trace_offset(offsets, changes, tanks, settings, history, error, today)
-        else
-            call trace_offset(offsets, changes, tanks, settings, history, error)
-        end if
+        call trace_offset(offsets, changes, tanks, settings, history, error, today)
         if (allocated(error)) return
         if (contradict(history)) console%status_done = STATUS_NOT_TO_BE_USED
         if (contradict(history)) call console%warn('the calibrations differ by more than the random walk explains: chi square '// &
@@ -250,10 +247,7 @@ contains
         type(utc_t), intent(in) :: time
         character(10) :: text
 
-        character(:), allocatable :: whole
-
-        whole = utc_text(time)
-        text = whole(:10)
+        text = utc_text(time)       ! as much of it as fits
     end function date_of
 
     !> The offset at points in time, a row each.
@@ -262,7 +256,6 @@ contains
         logical, intent(in) :: short        !! Dates without the time of day, for people
         type(data_table_t) :: table
 
-        character(:), allocatable :: time
         integer :: i
 
         call table%column('time_utc', 'a', 'date')
@@ -273,9 +266,7 @@ contains
         call table%columns_of('smoothed_sigma_x_mm,smoothed_sigma_y_mm,smoothed_sigma_z_mm')
         do i = 1, size(points)
             associate (point => points(i))
-                time = utc_text(point%time)
-                if (short) time = date_of(point%time)
-                call table%add(time)
+                call table%add(pick_text(short, date_of(point%time), utc_text(point%time)))
                 call table%add(point%is_calibration)
                 call table%add([point%filtered, point%filtered_sigma, point%smoothed, point%smoothed_sigma]/MILLIMETRE)
             end associate

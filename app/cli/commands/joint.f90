@@ -60,12 +60,14 @@ contains
 
         real(dp), parameter :: LONG = 14*SECONDS_PER_DAY    ! Chosen: gas and trims hardly move d
         type(joint_run_t), allocatable :: runs(:)
+        type(observation_set_t) :: observations
+        type(estimation_options_t) :: run_options
         type(joint_solution_t) :: solution
         type(action_t) :: action
         type(string_t), allocatable :: names(:)
         character(:), allocatable :: changes, options_file
         real(dp) :: apart       ! s
-        integer :: i
+        integer :: i, k
 
         call arguments%get('--options', options_file, error)
         call arguments%get('--changes', changes, error)
@@ -74,8 +76,14 @@ contains
         names = arguments%words
         allocate (runs(size(names)))
         do i = 1, size(runs)
-            call read_run(names(i)%text, options_file, runs(i), console, error)
+            call read_observed(names(i)%text, options_file, observations, run_options, error)
             if (allocated(error)) return
+            call run_from_observations(observations, run_options, runs(i), error)
+            call add_context(error, names(i)%text)
+            if (allocated(error)) return
+            do k = 1, size(runs(i)%solution%warnings)
+                call console%warn(names(i)%text//': '//runs(i)%solution%warnings(k)%text)
+            end do
         end do
         apart = maxval([(abs(seconds_between(runs(1)%information%epoch, runs(i)%information%epoch)), i=1, size(runs))])
         if (apart > LONG .and. changes == '') call console%warn('the runs are up to '// &
@@ -143,27 +151,6 @@ contains
             call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, beside=.true.)
         if (.not. allocated(error) .and. options_file /= '') call read_options(options_file, options, error)
     end subroutine read_observed
-
-    !> A run from a folder of observations.
-    subroutine read_run(path, options_file, run, console, error)
-        character(*), intent(in) :: path, options_file
-        type(joint_run_t), intent(out) :: run
-        type(console_t), intent(inout) :: console
-        type(error_t), allocatable, intent(out) :: error
-
-        type(observation_set_t) :: observations
-        type(estimation_options_t) :: options
-        integer :: i
-
-        call read_observed(path, options_file, observations, options, error)
-        if (allocated(error)) return
-        call run_from_observations(observations, options, run, error)
-        call add_context(error, path)
-        if (allocated(error)) return
-        do i = 1, size(run%solution%warnings)
-            call console%warn(path//': '//run%solution%warnings(i)%text)
-        end do
-    end subroutine read_run
 
     !> The joint estimate and each run: for people, as CSV or JSON.
     subroutine report(kind, case, names, epochs, solution, console, error, action)
@@ -258,8 +245,7 @@ contains
         call table%column('unit', 'a', 'unit')
         do j = 1, JOINED_COUNT
             if (.not. solution%parameter_sigma(j) > 0) cycle
-            call table%add(parameter_names(JOINED(j)))
-            call table%add([solution%parameter(j), solution%parameter_sigma(j)])
+            call table%add(parameter_names(JOINED(j)), [solution%parameter(j), solution%parameter_sigma(j)])
             call table%add(parameter_units(JOINED(j)))
         end do
     end function shared_table

@@ -36,8 +36,10 @@ contains
         type(data_table_t) :: table
         type(results_t) :: results
         character(:), allocatable :: only, names
+        logical :: causes       ! They are looked for
         integer :: i
 
+        causes = .not. arguments%has('--no-causes')
         call arguments%get('--only', only, misuse)
         call take_study(arguments, 'front-3', console, study, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
@@ -51,19 +53,16 @@ contains
         allocate (all_tallies(0))
         call console%expect_parts(size(study%calibrations), 'cases')
         do i = 1, size(study%calibrations)
-            associate (calibration => study%calibrations(i))
-                call try_wrong_beliefs(calibration, padded(study%algorithms), .not. arguments%has('--no-causes'), list, &
-                                       study%seed, study%runs, study%threads, tallies, error, console)
-                if (allocated(error)) return
-                call add_rows(trim(calibration%case%name), tallies, table)
-            end associate
+            call try_wrong_beliefs(study%calibrations(i), padded(study%algorithms), causes, list, study%seed, study%runs, &
+                                   study%threads, tallies, error, console)
+            if (allocated(error)) return
+            call add_rows(trim(study%calibrations(i)%case%name), tallies, table)
             call console%next_part()
             all_tallies = [all_tallies, tallies]
         end do
         do i = 1, size(study%algorithms)
-            associate (name => study%algorithms(i)%text)
-                call show(name, pack(all_tallies, all_tallies%algorithm == name), .not. arguments%has('--no-causes'), console)
-            end associate
+            call show(study%algorithms(i)%text, pack(all_tallies, all_tallies%algorithm == study%algorithms(i)%text), causes, &
+                      console)
         end do
         names = join(padded(study%algorithms), ',')
         call results%open('reliability')

@@ -62,10 +62,8 @@ contains
         call read_request(arguments, request, misuse)
         call take_study(arguments, 'front-1', console, asked, misuse, error)
         if (allocated(misuse) .or. allocated(error)) return
-        associate (calibration => asked%calibrations(1))
-            if (pattern /= '') calibration%case%pattern_rule = pattern
-            call study_timing(calibration, step, asked%threads, study, error, console)
-        end associate
+        if (pattern /= '') asked%calibrations(1)%case%pattern_rule = pattern
+        call study_timing(asked%calibrations(1), step, asked%threads, study, error, console)
         if (allocated(error)) return
         call show_table(study, console)
         call console%line('')

@@ -323,20 +323,15 @@ contains
                 call table%add(case%name, utc_text(case%epoch))
                 call table%add([TIME_OF_CASE(case%number), latitude/DEGREE, longitude/DEGREE, height/1000, &
                                 amplitudes_of(body%rods), body%offset/MILLIMETRE])
-                call table%add(case%gravity_model)
-                call table%add(real([case%gravity_degree, case%gravity_order], dp))
-                call table%add(case%density_model)
-                call table%add([case%density_scale, body%drag_coefficient])
-                call table%add(case%wind_model)
-                call table%add([case%wind_east, case%wind_north])
+                call table%add(case%gravity_model, real([case%gravity_degree, case%gravity_order], dp))
+                call table%add(case%density_model, [case%density_scale, body%drag_coefficient])
+                call table%add(case%wind_model, [case%wind_east, case%wind_north])
                 call table%add(case%density_wave_random)
                 call table%add([case%density_wave%amplitude, case%density_wave%period, body%reflectivity_sun, body%specular, &
                                 body%diffuse, 1.0_dp + 3*rings*(rings + 1)])
-                call table%add(case%earth_radiation_constants)
-                call table%add(body%reflectivity_earth)
-                call table%add(case%field_model)
-                call table%add([maxval(abs(body%rods%activations%amplitude)), body%wall%accommodation, &
-                                body%centre_of_mass/MILLIMETRE])
+                call table%add(case%earth_radiation_constants, [body%reflectivity_earth])
+                call table%add(case%field_model, [maxval(abs(body%rods%activations%amplitude)), body%wall%accommodation, &
+                                                  body%centre_of_mass/MILLIMETRE])
             end associate
         end do
     end subroutine report_cases_table

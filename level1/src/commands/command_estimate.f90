@@ -13,7 +13,7 @@ module gracecg_level1_command_estimate
     use gracecg_observations_observation_files, only: write_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of, signs_are_known
-    use gracecg_level1_estimate_json, only: put_level1_details, put_level1_span, put_level1_tables
+    use gracecg_level1_estimate_json, only: put_level1_details, put_level1_tables
     use gracecg_level1_estimation, only: estimate_level1, LEAKAGE_CHOICES
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS, UNSEEN
@@ -109,7 +109,7 @@ contains
         if (arguments%has('--span')) call arguments%get('--span', span(:, 1), misuse)
         call refuse_if(any(span(2, :) <= 0), '--span: the duration has to be positive', misuse)
         every = 0
-        if (arguments%has('--every')) call arguments%get('--every', every, misuse)
+        call arguments%get('--every', every, misuse)
         call refuse_if(arguments%has('--every') .and. .not. every >= 60, '--every: at least 60 s', misuse)
         call refuse_if(spans_file /= '' .and. (size(span) > 0 .or. every > 0), '--spans excludes --span and --every', misuse)
         call arguments%get('--field', field, misuse)
@@ -261,8 +261,7 @@ contains
             associate (span => calibration%spans(i))
                 call find_rod_lines(calibration, span, lines)
                 call table%add(i)
-                call table%add(real(calibration%epoch, dp) + span%start)
-                call table%add(span%stop - span%start)
+                call table%add([real(calibration%epoch, dp) + span%start, span%stop - span%start])
                 call table%add(size(span%time))
                 call table%add(span%flagged)
                 call table%add(span%vetoed)
@@ -270,16 +269,10 @@ contains
                 call table%add(span%outliers)
                 call table%add(span%firings_inside)
                 do rod = 1, 3
-                    call table%add(lines%frequency(rod))
-                    call table%add(lines%amplitude(rod))
-                    call table%add(lines%phase(rod))
+                    call table%add([lines%frequency(rod), lines%amplitude(rod), lines%phase(rod)])
                 end do
                 call table%add(span%mean_field/NANOTESLA)
-                if (span%used) then
-                    call table%add('yes')
-                else
-                    call table%add('no: '//trim(span%reason))
-                end if
+                call table%add(pick_text(span%used, 'yes', 'no: '//trim(span%reason)))
             end associate
         end do
     end subroutine span_table
@@ -296,15 +289,9 @@ contains
         call table%column('gain', 'f9.5', 'estimated|A m^2/mA')
         call table%column('sigma', 'f8.5', 'sigma')
         do k = 1, 3
-            call table%add(AXES(k))
-            call table%add(setup%rod_gain(k)*setup%rod_sign(k))
-            if (estimate%rods%driven(k)) then
-                call table%add(estimate%rods%gain(k)*setup%rod_gain(k)*setup%rod_sign(k))
-                call table%add(estimate%rods%gain_sigma(k)*setup%rod_gain(k))
-            else
-                call table%add_nothing()
-                call table%add_nothing()
-            end if
+            call table%add(AXES(k), [setup%rod_gain(k)*setup%rod_sign(k)])
+            call table%add([estimate%rods%gain(k)*setup%rod_gain(k)*setup%rod_sign(k), &
+                            estimate%rods%gain_sigma(k)*setup%rod_gain(k)], estimate%rods%driven(k))
         end do
     end subroutine rod_table
 
@@ -389,8 +376,7 @@ contains
             associate (solution => estimate%solutions(i), first => estimate%solutions(1))
                 sigma = sigma_of(solution)
                 difference = solution%offset - first%offset
-                call table%add(trim(solution%source))
-                call table%add(trim(solution%leakage))
+                call table%add(solution%source, solution%leakage)
                 call table%add([solution%offset, sigma]/MILLIMETRE)
                 call table%add(solution%spans)
                 call table%add(solution%samples)
@@ -408,6 +394,7 @@ contains
         type(results_t), intent(inout) :: results
 
         type(trim_command_t), allocatable :: commands(:)
+        type(rod_lines_t) :: lines
         integer :: i, k
 
         call results%open('level1 estimate')
@@ -458,7 +445,14 @@ contains
                         call results%member('offset_mm', first%span_offset(:, i)/MILLIMETRE)
                         call results%member('sigma_mm', sigma_of(first, i)/MILLIMETRE)
                     end if
-                    call put_level1_span(calibration, estimate, i, results)
+                    call find_rod_lines(calibration, span, lines)
+                    call results%member('flagged', span%flagged)
+                    call results%member('vetoed', span%vetoed)
+                    call results%member('outliers', span%outliers)
+                    call results%member('rod_frequency_hz', lines%frequency)
+                    call results%member('rod_amplitude_ma', lines%amplitude)
+                    call results%member('rod_phase_deg', lines%phase)
+                    if (first%span_covariance(1, 1, i) > 0) call results%member('residual_rms_m_s2', first%span_rms(:, i))
                     call results%end()
                 end associate
             end do

@@ -116,8 +116,7 @@ contains
 
         allocate (paths(0))
         do i = 1, arguments%positional_count()
-            if (allocated(found)) deallocate (found)
-            allocate (found(0))
+            found = [string_t ::]
             before = size(paths)
             associate (place => arguments%words(i)%text)
                 if (.not. (directory_exists(place) .or. is_bundle(place))) then
@@ -161,28 +160,26 @@ contains
         type(data_table_t), intent(inout) :: table
         type(level1_summary_t), intent(in) :: summary
 
+        character(:), allocatable :: flags
         integer :: bit
 
         call begin_row(table, summary)
         if (summary%records > 0) then
-            call table%add(gps_date_text(summary%first_seconds, summary%first_fraction))
-            call table%add(gps_date_text(summary%last_seconds, summary%last_fraction))
+            call table%add(gps_date_text(summary%first_seconds, summary%first_fraction), &
+                           gps_date_text(summary%last_seconds, summary%last_fraction))
         else
             call table%add_nothing(2)
         end if
-        if (summary%interval > 0) then
-            call table%add(summary%interval)
-        else
-            call table%add_nothing()
-        end if
+        call table%add(summary%interval, summary%interval > 0)
         call table%add(summary%gaps)
         call table%add(summary%duplicates)
         call table%add(summary%unsorted)
-        do bit = 0, 7
+        flags = ''
+        do bit = 0, 7       ! which are set in how many records: 2:100 3:100
             call table%add(summary%flags(bit))
+            if (summary%flags(bit) > 0) flags = flags//' '//integer_text(bit)//':'//integer_text(summary%flags(bit))
         end do
-        call table%add(flags_text(summary%flags))
-        call table%add(join(padded(summary%warnings), '; '))
+        call table%add(adjustl(flags), join(padded(summary%warnings), '; '))
     end subroutine add_row
 
     !> What a row of a file begins with: file, product, satellite, format, records, first and last time.
@@ -190,32 +187,16 @@ contains
         type(data_table_t), intent(inout) :: table
         type(level1_summary_t), intent(in) :: summary
 
-        call table%add(name_of(summary%path))
-        call table%add(summary%layout%product)
-        call table%add(summary%satellite)
-        call table%add(merge('binary', 'text  ', summary%header%binary))
+        call table%add(name_of(summary%path), summary%layout%product, summary%satellite, &
+                       merge('binary', 'text  ', summary%header%binary))
         call table%add(summary%records)
         if (summary%records > 0) then
-            call table%add(real_text(summary%first_seconds + summary%first_fraction))
-            call table%add(real_text(summary%last_seconds + summary%last_fraction))
+            call table%add(real_text(summary%first_seconds + summary%first_fraction), &
+                           real_text(summary%last_seconds + summary%last_fraction))
         else
             call table%add_nothing(2)
         end if
     end subroutine begin_row
-
-    !> Which bits are set in how many records: 2:100 3:100
-    pure function flags_text(flags) result(text)
-        integer(i8), intent(in) :: flags(0:7)
-        character(:), allocatable :: text
-
-        integer :: bit
-
-        text = ''
-        do bit = 0, 7
-            if (flags(bit) > 0) text = trim(text//' '//integer_text(bit)//':'//integer_text(flags(bit)))
-        end do
-        text = adjustl(text)
-    end function flags_text
 
     !> Arguments and help of `gracecg level1 dump`.
     subroutine declare_level1_dump(arguments)
@@ -416,7 +397,7 @@ contains
         type(data_table_t) :: table
         type(results_t) :: results
         character(:), allocatable :: satellite, day
-        integer :: i, unusual
+        integer :: i
 
         call arguments%get('--satellite', satellite, misuse)
         call arguments%get('--day', day, misuse)
@@ -429,22 +410,15 @@ contains
         call table%column('value', 'es16.8', 'value')
         call table%column('unit', 'a', 'unit')
         call table%column('verdict', 'a', 'verdict')
-        unusual = 0
         do i = 1, size(check%rows)
-            call table%add(check%rows(i)%quantity)
-            call table%add(check%rows(i)%value)
-            call table%add(check%rows(i)%unit)
-            if (check%rows(i)%is_usual()) then
-                call table%add('ok')
-            else
-                call table%add('unusual')
-                unusual = unusual + 1
-            end if
+            call table%add(check%rows(i)%quantity, [check%rows(i)%value])
+            call table%add(check%rows(i)%unit, merge('ok     ', 'unusual', check%rows(i)%is_usual()))
         end do
         call console%warn_all(check%warnings)
         call console%line('satellite '//files%satellite//', '//files%date)
         call console%table(table)
-        call console%line(integer_text(unusual)//' of '//integer_text(size(check%rows))//' numbers are unusual')
+        call console%line(integer_text(count(.not. check%rows%is_usual()))//' of '// &
+                          integer_text(size(check%rows))//' numbers are unusual')
         call results%open('level1 check')
         call results%member('satellite', files%satellite)
         call results%member('date', files%date)

@@ -115,11 +115,8 @@ contains
         real(dp) :: greatest
         integer :: i
 
-        greatest = 0
-        do i = 1, size(truth%dynamics%spans)
-            greatest = max(greatest, maxval(abs(truth%dynamics%spans(i)%amplitude*truth%settings%rod_gain)))
-        end do
-        associate (borne => truth%case%satellite%rods%largest_moment)
+        associate (borne => truth%case%satellite%rods%largest_moment, spans => truth%dynamics%spans)
+            greatest = maxval([0.0_dp, (abs(spans(i)%amplitude*truth%settings%rod_gain), i=1, size(spans))])
             if (greatest > borne) call console%warn('the spans drive rods with '//rounded_text(greatest, 3)//' A m^2 '// &
                 '(amplitude_ma times rod_gain), more than the '//rounded_text(borne, 3)//' A m^2 that those of the case bear')
         end associate

@@ -224,12 +224,9 @@ contains
         end do
         call results%end()
         call put_lines(points, trend, results)
-        if (console%format == 'csv') call results%publish(table, console, error)
-        if (allocated(error) .or. console%format /= 'json' .and. page == '') return
-        call results%complete(table, console, text, error)
-        if (allocated(error)) return
-        if (console%format == 'json') call console%data(text)
-        if (page /= '') call make_page(page, text, error)
+        if (console%format == 'text' .and. page == '') return
+        call results%publish(table, console, error, json=text)
+        if (.not. allocated(error) .and. page /= '') call make_page(page, text, error)
     end subroutine show
 
     !> A row a date.
@@ -251,11 +248,8 @@ contains
         end do
         call table%column('flag', 'i0', 'flag')
         do i = 1, size(points)
-            call table%add(gps_day(floor(points(i)%time, i8)))
-            call table%add(points(i)%time)
-            call table%add(points(i)%offset/MILLIMETRE)
-            call table%add(points(i)%sigma/MILLIMETRE)
-            call table%add(trend%at(points(i)%time)/MILLIMETRE)
+            call table%add(gps_day(floor(points(i)%time, i8)), [points(i)%time, [points(i)%offset, points(i)%sigma, &
+                                                                trend%at(points(i)%time)]/MILLIMETRE])
             if (setup%mass > 0 .and. all(points(i)%gas >= 0) .and. all(points(1)%gas >= 0)) then
                 call table%add(predicted_change(setup, points(1)%gas, points(i)%gas)/MICROMETRE)
             else

@@ -1,18 +1,16 @@
 !> What the page of a Level-1 estimate shows beyond its results, as members of its JSON: rods, leakage, and the series
 !> behind the figures.
 module gracecg_level1_estimate_json
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, MILLIMETRE, NANOTESLA
+    use gracecg_level1_basics
     use gracecg_level1_setup, only: origin_t
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_judgement, only: offset_remark, VERDICTS, REQUIREMENT, UNSEEN
-    use gracecg_level1_spans, only: rod_lines_t, find_rod_lines
     use gracecg_level1_results, only: find_origins, residual_spectrum_t, fitted_samples, find_spectrum
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_cli_results, only: results_t, put_columns
     implicit none
     private
-    public :: put_level1_details, put_level1_span, put_level1_tables
+    public :: put_level1_details, put_level1_tables
 
     integer, parameter :: MOST_SPANS = 8        !! Whose currents are given
     real(dp), parameter :: LONGEST = 600        !! s, of the currents of a span
@@ -68,28 +66,6 @@ contains
         call results%end()
         call results%member('notes', [calibration%notes, estimate%remarks])
     end subroutine put_level1_details
-
-    !> Of one span: samples left out, currents and residuals.
-    subroutine put_level1_span(calibration, estimate, number, results)
-        type(level1_calibration_t), intent(in) :: calibration
-        type(level1_estimate_t), intent(in) :: estimate
-        integer, intent(in) :: number       !! Of the span
-        type(results_t), intent(inout) :: results
-
-        type(rod_lines_t) :: lines
-
-        associate (span => calibration%spans(number))
-            call find_rod_lines(calibration, span, lines)
-            call results%member('flagged', span%flagged)
-            call results%member('vetoed', span%vetoed)
-            call results%member('outliers', span%outliers)
-            call results%member('rod_frequency_hz', lines%frequency)
-            call results%member('rod_amplitude_ma', lines%amplitude)
-            call results%member('rod_phase_deg', lines%phase)
-            if (estimate%solutions(1)%span_covariance(1, 1, number) > 0) &
-                call results%member('residual_rms_m_s2', estimate%solutions(1)%span_rms(:, number))
-        end associate
-    end subroutine put_level1_span
 
     !> The series behind the figures, by columns.
     subroutine put_level1_tables(calibration, estimate, results)
@@ -151,10 +127,8 @@ contains
         step = 1 + sum([(size(calibration%spans(i)%attitude_time), i=1, size(calibration%spans))])/MOST_FIELDS
         allocate (time(0), field(3, 0), of_span(0))
         do i = 1, size(calibration%spans)
-            associate (span => calibration%spans(i))
-                time = [time, span%attitude_time(::step)]
-                field = reshape([field, span%field(:, ::step)], [3, size(time)])
-            end associate
+            time = [time, calibration%spans(i)%attitude_time(::step)]
+            field = reshape([field, calibration%spans(i)%field(:, ::step)], [3, size(time)])
             of_span = [of_span, [(i, k=size(of_span) + 1, size(time))]]
         end do
         call results%begin('field')

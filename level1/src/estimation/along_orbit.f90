@@ -1,14 +1,8 @@
 !> Whether the linear accelerations have the unit and the signs that they should have: along the orbit, between the spans,
 !> they follow air and light.
 module gracecg_level1_along_orbit
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: EARTH_ROTATION_RATE, DAYS_PER_CENTURY, HOUR_ANGLE, MJD_TO_JD, SECONDS_PER_DAY
-    use gracecg_base_error, only: error_t
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_quaternion, only: rotation_matrix
-    use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: string_t
-    use gracecg_base_vectors, only: cross
+    use gracecg_level1_basics
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE, DAYS_PER_CENTURY, HOUR_ANGLE, MJD_TO_JD
     use gracecg_environment_density_models, only: new_density_model, density_settings_t
     use gracecg_environment_earth_radiation, only: earth_radiation_t, earth_irradiance_t, new_earth_radiation, standard_rings, &
         EARTH_RADIATION_EPOCH_JD, DEFAULT_SOLAR_IRRADIANCE
@@ -16,7 +10,7 @@ module gracecg_level1_along_orbit
     use gracecg_environment_space_weather, only: space_weather_source_t
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_thermosphere, only: density_model_t, atmosphere_point_t, atmosphere_state_t
-    use gracecg_environment_time, only: utc_t, utc_of_gps, day_of_year, julian_centuries_tt, local_mean_solar_time
+    use gracecg_environment_time, only: day_of_year, julian_centuries_tt, local_mean_solar_time
     use gracecg_spacecraft_plates, only: satellite_surface_t, new_trapezoid, REPORT_PRISM
     use gracecg_spacecraft_surface_loads, only: gas_t, wall_t, surface_load_t, mean_molar_mass, aerodynamic_load, &
         solar_radiation_load, earth_radiation_load

@@ -1,17 +1,12 @@
 !> Attitude and orbit of the spans of a manoeuvre from Level-1 files, in GPS time and SRF, and the field, which depends on both.
 module gracecg_level1_attitude_reading
-    use gracecg_base_constants, only: AXES, DEGREE
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_quaternion, only: rotation_matrix, rotation_between, quaternion_product, normalised, quaternion_of_matrix, &
-        rotation_angle_between
-    use gracecg_base_text, only: string_t, integer_text, pick_text, rounded_text
-    use gracecg_base_vectors, only: inverse_3x3, cross
+    use gracecg_level1_basics
+    use gracecg_base_quaternion, only: quaternion_of_matrix, rotation_angle_between
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_geomagnetic_models, only: new_geomagnetic_model
-    use gracecg_environment_time, only: utc_of_gps, decimal_year
+    use gracecg_environment_time, only: decimal_year
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, leave_out, note, SPAN_MARGIN, &
-        find_files, read_product, without_bits, no_attitude
+        find_files, read_product, without_bits, no_attitude, utc_at
     use gracecg_level1_frames, only: gracecg_quaternion, continuous_quaternions, mounting_of_head, attitude_by_head, &
         inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
     use gracecg_level1_records, only: level1_records_t, read_level1
@@ -56,19 +51,17 @@ contains
         if (has_inertial .and. .not. allocated(error)) call read_orbit(others, inertial)
         if (allocated(error)) return
         associate (file => calibration%setup%field_file)
-            call new_geomagnetic_model(pick_text(file == '', 'igrf14', 'file'), &
-                                       decimal_year(utc_of_gps(calibration%epoch, 0.0_dp)), trim(file), model, error)
+            call new_geomagnetic_model(pick_text(file == '', 'igrf14', 'file'), decimal_year(utc_at(calibration, 0.0_dp)), &
+                                       trim(file), model, error)
         end associate
         if (allocated(error)) return
         if (.not. (has_fixed .and. has_inertial)) call note(calibration, 'no '//merge('GNI1B', 'GNV1B', has_fixed)// &
             ': Earth-fixed to inertial axes by precession, nutation and UT1 = UTC (some arcsec)'// &
             pick_text(has_fixed, '', '; signs of the accelerometer are not compared with air and light'))
         do i = 1, size(calibration%spans)
-            associate (span => calibration%spans(i))
-                if (has_fixed) call check_orbit(fixed, span)
-                if (has_inertial) call check_orbit(inertial, span)
-                call span_attitude(span)
-            end associate
+            if (has_fixed) call check_orbit(fixed, calibration%spans(i))
+            if (has_inertial) call check_orbit(inertial, calibration%spans(i))
+            call span_attitude(calibration%spans(i))
         end do
         call check_pointing(calibration%spans, error)
 
@@ -135,7 +128,6 @@ contains
             real(dp), allocatable :: inertial_field(:, :)
             real(dp) :: c(3, 3), iau(3, 3), r(3), v(3), rf(3), vf(3), b(3)
             integer :: n, i, first, last
-            integer(i8) :: second
 
             wanted = pack([(i, i=1, size(times))], times >= span%start - SPAN_MARGIN - 2 .and. times <= span%stop + SPAN_MARGIN + 2)
             n = size(wanted)
@@ -162,8 +154,7 @@ contains
                 if (has_fixed .and. has_inertial) then
                     c = inertial_of_earth_fixed_by_states(r, v, rf, vf)
                 else
-                    second = floor(span%attitude_time(i), i8)
-                    c = inertial_of_earth_fixed(utc_of_gps(calibration%epoch + second, span%attitude_time(i) - real(second, dp)))
+                    c = inertial_of_earth_fixed(utc_at(calibration, span%attitude_time(i)))
                     if (.not. has_fixed) rf = matmul(r, c)
                 end if
                 call model%evaluate(rf, b)
@@ -178,7 +169,7 @@ contains
                                                inertial_field(:, first))/(span%attitude_time(last) - span%attitude_time(first))
             end do
             if (has_fixed .and. has_inertial) then
-                iau = inertial_of_earth_fixed(utc_of_gps(calibration%epoch, 0.0_dp))
+                iau = inertial_of_earth_fixed(utc_at(calibration, 0.0_dp))
                 calibration%poles_apart = max(calibration%poles_apart, norm2(c(:, 3) - iau(:, 3)))
             end if
             span%mean_field = sum(span%field, 2)/n
@@ -221,7 +212,7 @@ contains
                                                      'sca_id', 'qualflg', 'sca_mode']
             type(level1_records_t) :: sca, qsa
             real(dp), allocatable :: joint_times(:), joint_q(:, :)
-            real(dp) :: mounting(4, HEADS), sample(4)
+            real(dp) :: mounting(4, HEADS)
             type(string_t), allocatable :: found(:), others(:)
             character(:), allocatable :: names
             logical :: heads_alone, known(HEADS)
@@ -270,8 +261,7 @@ contains
             call sca%times_since(calibration%epoch, times)
             allocate (q(4, sca%count))
             do i = 1, sca%count
-                sample = sca%values(i, 1:4)
-                q(:, i) = gracecg_quaternion(sample)
+                q(:, i) = gracecg_quaternion(sca%values(i, 1:4))
                 if (heads_alone) q(:, i) = attitude_by_head(mounting(:, nint(sca%values(i, 5))), q(:, i))
             end do
             call continuous_quaternions(q)
@@ -370,7 +360,8 @@ contains
         real(dp), allocatable, intent(out) :: joint_q(:, :)     !! (4, times)
 
         real(dp), parameter :: EQUAL = 1e-3_dp      ! s
-        real(dp) :: turned(3, size(mounting, 2)), weight(3, 3, size(mounting, 2)), sum_of_weights(3, 3), weighted(3), r(3, 3)
+        real(dp) :: turned(3, size(mounting, 2)), weight(3, 3, size(mounting, 2)), sum_of_weights(3, 3), weighted(3), r(3, 3), &
+            phi(3)
         integer :: common(size(mounting, 2)), reference, i, k, n, first, last
 
         reference = 1
@@ -398,9 +389,7 @@ contains
             end do
             first = last + 1
         end do
-        do i = 1, size(common)
-            turned(:, i) = turned(:, i)/max(1, common(i))
-        end do
+        turned = turned/spread(max(1, common), 1, 3)
         n = 0
         first = 1
         do while (first <= size(times))
@@ -413,7 +402,8 @@ contains
             end do
             n = n + 1
             joint_times(n) = times(first)
-            joint_q(:, n) = quaternion_product(small_turn(matmul(inverse_3x3(sum_of_weights), weighted)), q(:, first))
+            phi = matmul(inverse_3x3(sum_of_weights), weighted)
+            joint_q(:, n) = quaternion_product(normalised([phi/2, 1 - dot_product(phi, phi)/8]), q(:, first))  ! to its third power
             first = last + 1
         end do
         joint_times = joint_times(:n)
@@ -431,12 +421,4 @@ contains
             end do
         end function last_of_equal
     end subroutine combine_heads
-
-    !> The quaternion of a small rotation vector, to its third power.
-    pure function small_turn(phi) result(q)
-        real(dp), intent(in) :: phi(3)
-        real(dp) :: q(4)
-
-        q = normalised([phi/2, 1 - dot_product(phi, phi)/8])
-    end function small_turn
 end module gracecg_level1_attitude_reading

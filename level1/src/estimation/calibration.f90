@@ -1,11 +1,7 @@
 !> The data of a calibration: in GPS time and SRF, what lies in the spans of the manoeuvre and a little around them; and how
 !> products are read from its files.
 module gracecg_level1_calibration
-    use gracecg_base_constants, only: NANOTESLA
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_text, only: string_t, append, integer_text
-    use gracecg_environment_time, only: utc_t, utc_of_gps
+    use gracecg_level1_basics
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_header, only: name_of
     use gracecg_level1_records, only: level1_records_t, read_level1
@@ -14,7 +10,7 @@ module gracecg_level1_calibration
     implicit none
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t, SPAN_MARGIN, keep_samples, leave_out, note, &
-        middle_of, middle_of_span, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits, &
+        middle_of, utc_at, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits, &
         no_attitude, check_satellite, NO_CURRENTS
 
     !> Said where no manoeuvre is found in such files
@@ -102,15 +98,13 @@ contains
                                               calibration%spans(size(calibration%spans))%stop)/2
     end function middle_of
 
-    !> The middle of a span.
-    type(utc_t) function middle_of_span(calibration, number) result(time)
+    !> UTC of a time from the epoch.
+    type(utc_t) function utc_at(calibration, time)
         type(level1_calibration_t), intent(in) :: calibration
-        integer, intent(in) :: number       !! Of the span
+        real(dp), intent(in) :: time        !! s
 
-        associate (middle => (calibration%spans(number)%start + calibration%spans(number)%stop)/2)
-            time = utc_of_gps(calibration%epoch + floor(middle, i8), middle - floor(middle))
-        end associate
-    end function middle_of_span
+        utc_at = utc_of_gps(calibration%epoch + floor(time, i8), time - floor(time))
+    end function utc_at
 
     !> The sigma of the field of a place: that of the setup, or less where spans at several places show that the corrected
     !> magnetometer is closer to the model: PLACES and LEAST are fitted to the simulated sets four60 and dirty, where that

@@ -2,13 +2,8 @@
 !> (gracecg_estimation_arcs), with gains and delay of the rods, delay and angular channels of the accelerometer, leakage and all of
 !> an arc's own.
 module gracecg_level1_estimation
-    use gracecg_base_constants, only: AXES
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
-    use gracecg_base_text, only: append, integer_text, pick_text, rounded_text
-    use gracecg_environment_time, only: utc_t, utc_plus
+    use gracecg_level1_basics
+    use gracecg_base_lapack, only: symmetric_eigen
     use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_offset_movement, only: movement_of_arcs
@@ -125,8 +120,7 @@ contains
             if (allocated(failure)) cycle
             call name_faults(other, tried)
             if (size(tried%findings) > 0 .or. tried%solutions(1)%beliefs%has_contradiction()) cycle
-            deallocate (estimate%findings)
-            allocate (estimate%findings(0))
+            estimate%findings = estimate%findings(:0)
             call append(estimate%findings, 'moments of inertia about '//AXES(i)//' and '//AXES(k)//' are exchanged in the '// &
                         'setup: the other way round nothing is contradicted')
             return
@@ -148,9 +142,8 @@ contains
                 if (.not. span%used) cycle
                 inside = spread(calibration%current_time >= span%start .and. calibration%current_time <= span%stop, 1, 3)
             end associate
-            associate (range => maxval(calibration%current, 2, inside) - minval(calibration%current, 2, inside))
-                driven = driven .or. range > merge(LEAST, calibration%setup%excitation_current, calibration%all_day)
-            end associate
+            driven = driven .or. maxval(calibration%current, 2, inside) - minval(calibration%current, 2, inside) > &
+                     merge(LEAST, calibration%setup%excitation_current, calibration%all_day)
         end do
     end subroutine find_driven
 
@@ -197,6 +190,7 @@ contains
         type(level1_setup_t) :: known               ! with the delay of held currents
         type(arcs_fit_t) :: fit, without(2)
         type(choice_t) :: choice
+        type(utc_t), allocatable :: middle(:)       ! of each arc
         real(dp) :: seen, delay
         logical :: held, seldom                     ! currents and samples show steps; these are few
         real(dp), parameter :: BETWEEN = 0.14_dp    ! s: of what is anywhere between two tags, 0.5 s/sqrt 12
@@ -237,6 +231,7 @@ contains
             estimate%accelerometer_delay = delay - estimate%rods%delay
             estimate%accelerometer_delay_sigma = hypot(estimate%rods%delay_sigma, SAMPLE/sqrt(12.0_dp*size(estimate%arcs)))
         end if
+        middle = [(utc_plus(estimate%arcs(i)%knowledge%epoch, estimate%arcs(i)%knowledge%duration/2), i=1, size(estimate%arcs))]
         do i = 1, size(LEVEL1_SOURCES)
             if (i == 1) then
                 call add_solution(fit)
@@ -271,7 +266,7 @@ contains
                 if (allocated(error)) return
             end if
             if (i == 1 .and. calibration%all_day) &
-                call movement_of_arcs(one%arcs, middles(), prior, one%at, estimate%movement, error)
+                call movement_of_arcs(one%arcs, middle, prior, one%at, estimate%movement, error)
             if (allocated(error)) return
             solution%rms = fit%rms
             solution%samples = fit%samples
@@ -282,15 +277,6 @@ contains
             more(n + 1) = solution
             call move_alloc(more, estimate%solutions)
         end subroutine add_solution
-
-        !> The middle of each arc.
-        function middles() result(times)
-            type(utc_t) :: times(size(estimate%arcs))
-
-            integer :: k
-
-            times = [(utc_plus(estimate%arcs(k)%knowledge%epoch, estimate%arcs(k)%knowledge%duration/2), k=1, size(times))]
-        end function middles
     end subroutine fit_spans
 
     !> Whether currents of the spans are the same from tag to tag nearly always: jumps of square waves, not the steps of a sine.

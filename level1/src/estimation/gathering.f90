@@ -1,21 +1,15 @@
 !> A calibration gathered from Level-1 files, and edited: samples at firings and gaps, spans with too little.
 module gracecg_level1_gathering
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES, NANOTESLA
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: string_t, integer_text, pick_text, rounded_text
+    use gracecg_level1_basics
     use gracecg_environment_sun, only: sun_position, conical_shadow
-    use gracecg_environment_time, only: utc_of_gps, julian_centuries_tt
+    use gracecg_environment_time, only: julian_centuries_tt
     use gracecg_estimation_outlier_editing, only: leave_out_worst, MEDIAN_OF_ONE
     use gracecg_level1_folder, only: open_level1_folder
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: new_level1_clock, gps_day
     use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, middle_of, &
-        SPAN_MARGIN, find_files, note_product, check_satellite
+        utc_at, SPAN_MARGIN, find_files, note_product, check_satellite
     use gracecg_level1_along_orbit, only: compare_along_orbit
     use gracecg_level1_attitude_reading, only: read_attitude
     use gracecg_level1_instruments, only: read_currents, read_firings, read_accelerometer, read_gyros
@@ -142,11 +136,10 @@ contains
             call note_product(calibration, 'TIM1B', others)
             call read_level1(others, tim, error)
             if (.not. allocated(error)) call check_satellite(tim, calibration%satellite, error)
-            if (.not. allocated(error)) call new_level1_clock(calibration%clock, error, clk, tim)
         else
             call note(calibration, 'no TIM1B: receiver time is taken as that of the on-board computer')
-            call new_level1_clock(calibration%clock, error, clk)
         end if
+        if (.not. allocated(error)) call new_level1_clock(calibration%clock, error, clk, tim)
     end subroutine make_clock
 
     !> Bias of the magnetometer and the rods' part in it by least squares against the model, b = B + bias + K_mag I +
@@ -400,9 +393,7 @@ contains
                 edge = spread(.false., 1, size(span%attitude_time))
                 before = -1
                 do k = 1, size(edge)
-                    associate (t => span%attitude_time(k))
-                        sun = sun_position(julian_centuries_tt(utc_of_gps(calibration%epoch + floor(t, i8), t - floor(t))))
-                    end associate
+                    sun = sun_position(julian_centuries_tt(utc_at(calibration, span%attitude_time(k))))
                     light = conical_shadow(span%position(:, k), sun)
                     if (k > 1 .and. abs(light - before) > 0) edge(k - 1:k) = .true.
                     before = light

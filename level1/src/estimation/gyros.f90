@@ -1,11 +1,8 @@
 !> The rotation of the satellite by its gyros, whose axes come from the star cameras.
 module gracecg_level1_gyros
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations, symmetric_eigen
-    use gracecg_base_statistics, only: median_of
-    use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
+    use gracecg_level1_basics
+    use gracecg_base_lapack, only: symmetric_eigen
+    use gracecg_base_vectors, only: determinant_3x3
     use gracecg_estimation_outlier_editing, only: leave_out_worst
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, level1_gyro_t
     use gracecg_level1_series, only: interpolate
@@ -82,9 +79,8 @@ contains
                 again = .false.
                 call leave_out_worst(off, FAR_OFF, 1.0_dp, kept, again)
             end do
-            do axis = 1, 3      ! with the gyros' drifts: by differences
-                noise(axis) = TO_SIGMA*median_of(abs(left(axis, 2:) - left(axis, :size(kept) - 1)))/sqrt(2.0_dp)
-            end do
+            ! with the gyros' drifts: by differences
+            noise = [(TO_SIGMA*median_of(abs(left(axis, 2:) - left(axis, :size(kept) - 1)))/sqrt(2.0_dp), axis=1, 3)]
             if (.not. abs(determinant_3x3(map)) > 0) return
             axes%axis = transpose(matmul(turned, inverse_3x3(map)))
         end associate

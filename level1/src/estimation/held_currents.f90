@@ -1,16 +1,13 @@
 !> Currents of the rods that are held from tag to tag: whether the angular channels of the accelerometer show their steps.
 module gracecg_level1_held_currents
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_vectors, only: cross, inverse_3x3
+    use gracecg_level1_basics
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, dipole_moment, rod_moments
     use gracecg_level1_series, only: interpolate
     use gracecg_level1_setup, only: QUIETEST
     implicit none
     private
-    public :: find_steps, rod_acceleration
+    public :: find_steps, rod_accelerations
 
 contains
 
@@ -31,13 +28,9 @@ contains
         real(dp) :: coarsely(-REACH:REACH), finely(-BESIDE:BESIDE), middle
         integer :: i, low, high
 
-        do i = -REACH, REACH
-            coarsely(i) = unlikeliness(arcs, i*COARSE)
-        end do
+        coarsely = [(unlikeliness(arcs, i*COARSE), i=-REACH, REACH)]
         middle = (minloc(coarsely, 1) - REACH - 1)*COARSE
-        do i = -BESIDE, BESIDE
-            finely(i) = unlikeliness(arcs, middle + i*FINE)
-        end do
+        finely = [(unlikeliness(arcs, middle + i*FINE), i=-BESIDE, BESIDE)]
         low = minloc(finely, 1) - BESIDE - 1
         high = low
         do while (low > -BESIDE)
@@ -107,7 +100,7 @@ contains
         real(dp), allocatable :: model(:, :)
         type(torque_rods_t) :: rods
         real(dp) :: product, square
-        integer :: arc, k
+        integer :: arc
 
         product = 0
         square = tiny(square)
@@ -116,15 +109,10 @@ contains
                 rods = set%knowledge%rods
                 rods%measured%held = .true.
                 rods%delay = delay
-                allocate (model, mold=set%acceleration)
-                do k = 1, size(model, 2)
-                    model(:, k) = rod_acceleration(set, rods, set%accelerometer_time(k), .true.)
-                end do
-                model = rapid(model)
+                model = rapid(rod_accelerations(set, rods, set%accelerometer_time, .true.))
                 product = product + sum(model*rapid(set%angular_acceleration))
                 square = square + sum(model**2)
             end associate
-            deallocate (model)
         end do
         share = product/square
     end function share_of_steps
@@ -143,17 +131,21 @@ contains
         end do
     end function rapid
 
-    !> The angular acceleration J^-1 m x B by some rods at a time of an arc, rad/s^2.
-    pure function rod_acceleration(set, rods, time, at_once) result(acceleration)
+    !> The angular accelerations J^-1 m x B by some rods at times of an arc, rad/s^2.
+    pure function rod_accelerations(set, rods, times, at_once) result(accelerations)
         type(observation_set_t), intent(in) :: set
         type(torque_rods_t), intent(in) :: rods
-        real(dp), intent(in) :: time                !! s from the begin of the arc
+        real(dp), intent(in) :: times(:)            !! s from the begin of the arc
         logical, intent(in) :: at_once              !! Held moments jump
-        real(dp) :: acceleration(3)
+        real(dp) :: accelerations(3, size(times))
 
-        real(dp) :: field(3)
+        real(dp) :: field(3), inverse(3, 3)
+        integer :: k
 
-        call interpolate(set%magnetometer_time, set%field, time, field)
-        acceleration = matmul(inverse_3x3(set%knowledge%inertia), cross(dipole_moment(rods, time, at_once), field))
-    end function rod_acceleration
+        inverse = inverse_3x3(set%knowledge%inertia)
+        do k = 1, size(times)
+            call interpolate(set%magnetometer_time, set%field, times(k), field)
+            accelerations(:, k) = matmul(inverse, cross(dipole_moment(rods, times(k), at_once), field))
+        end do
+    end function rod_accelerations
 end module gracecg_level1_held_currents

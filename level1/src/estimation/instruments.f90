@@ -2,10 +2,7 @@
 !> accelerometer, gyros; in GPS time and SRF. Of a day of ACC1A nothing else is kept.
 module gracecg_level1_instruments
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: AXES, DEGREE, MICROMETRE
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, integer_text
+    use gracecg_level1_basics
     use gracecg_level1_frames, only: srf_of_accelerometer
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN, find_files, read_product, without_bits
@@ -158,9 +155,8 @@ contains
         real(dp), allocatable :: times(:), steps(:)
         integer, allocatable :: wanted(:)
         logical, allocatable :: good(:)
-        real(dp) :: interval, sample(6)
+        real(dp) :: interval, fraction
         integer(i8) :: second
-        real(dp) :: fraction
         type(string_t), allocatable :: found(:)
         integer :: i, k
 
@@ -175,12 +171,8 @@ contains
             call fail(error, acc%path//': no samples within the spans of the manoeuvre')
             return
         end if
-        if (any(calibration%satellite == ['C', 'D'])) then
-            good = without_bits(acc, [0, 1, 3, 4, 6])
-        else
-            good = without_bits(acc, [0, 1, 3, 4, 6, 7])
-        end if
-        good = good .and. .not. any(ieee_is_nan(acc%values(:, 1:3)), 2)
+        good = without_bits(acc, [0, 1, 3, 4, 6]) .and. .not. any(ieee_is_nan(acc%values(:, 1:3)), 2)
+        if (any(calibration%satellite == ['A', 'B'])) good = good .and. without_bits(acc, [7])
         call acc%times_since(calibration%epoch, times)
         steps = times(2:) - times(:size(times) - 1)
         interval = sum(steps, mask=steps < 0.5_dp)/max(1, count(steps < 0.5_dp))
@@ -201,9 +193,8 @@ contains
                 span%time = times(wanted)
                 allocate (span%linear(3, size(wanted)), span%angular(3, size(wanted)))
                 do k = 1, size(wanted)
-                    sample = acc%values(wanted(k), 1:6)
-                    span%linear(:, k) = srf_of_accelerometer(sample(:3), calibration%setup%accelerometer_axes)
-                    span%angular(:, k) = srf_of_accelerometer(sample(4:), calibration%setup%accelerometer_axes)
+                    span%linear(:, k) = srf_of_accelerometer(acc%values(wanted(k), 1:3), calibration%setup%accelerometer_axes)
+                    span%angular(:, k) = srf_of_accelerometer(acc%values(wanted(k), 4:6), calibration%setup%accelerometer_axes)
                 end do
             end associate
         end do

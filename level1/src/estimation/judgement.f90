@@ -1,15 +1,12 @@
 !> The judgement of an estimate from Level-1 data: names of what is wrong, and flags of its solutions.
 module gracecg_level1_judgement
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: AXES, DEGREE, MICROMETRE, MILLIMETRE
-    use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: append, integer_text, rounded_text
+    use gracecg_level1_basics
     use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_offset_movement, only: movement_words, axis_words
     use gracecg_level1_calibration, only: level1_calibration_t, signs_are_known
-    use gracecg_level1_held_currents, only: rod_acceleration
+    use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
     use gracecg_level1_setup, only: leakage_sigmas
     use gracecg_level1_time_shifts, only: say_shift
@@ -141,15 +138,12 @@ contains
         real(dp), allocatable :: left(:, :), own(:, :)
         logical, allocatable :: silent(:)
         real(dp) :: first, last, largest
-        integer :: i, j, k
+        integer :: i, k
 
         do i = 1, size(estimate%arcs)
             associate (arc => estimate%arcs(i), times => estimate%arcs(i)%accelerometer_time, &
                        rods => estimate%arcs(i)%knowledge%rods)
-                left = arc%angular_acceleration
-                do j = 1, size(times)
-                    left(:, j) = left(:, j) - rod_acceleration(arc, rods, times(j), .true.)
-                end do
+                left = arc%angular_acceleration - rod_accelerations(arc, rods, times, .true.)
                 do k = 1, 3
                     one = rods
                     one%measured%moment(pack([1, 2, 3], [1, 2, 3] /= k), :) = 0
@@ -157,10 +151,7 @@ contains
                     call longest_silence(one%measured%time, abs(one%measured%moment(k, :)) <= ZERO*largest, times(1), &
                                          times(size(times)), first, last)
                     if (last - first < SHORTEST .or. .not. largest > 0) cycle
-                    own = left
-                    do j = 1, size(times)
-                        own(:, j) = rod_acceleration(arc, one, times(j), .true.)
-                    end do
+                    own = rod_accelerations(arc, one, times, .true.)
                     silent = times >= first .and. times <= last
                     if (count(.not. silent) < count(silent)/10 + 10) cycle
                     if (scatter(left, silent) > max(LIKE*scatter(own, .not. silent), CLEARLY*scatter(left, .not. silent))) &
@@ -344,10 +335,7 @@ contains
                 rods%gain = estimate%rods%gain
                 rods%delay = estimate%rods%delay + estimate%accelerometer_delay
                 angular = arc%angular_acceleration
-                allocate (torque, mold=angular)
-                do k = 1, size(torque, 2)
-                    torque(:, k) = rod_acceleration(arc, rods, arc%accelerometer_time(k), .true.)
-                end do
+                torque = rod_accelerations(arc, rods, arc%accelerometer_time, .true.)
             end associate
             do axis = 1, 3
                 angular(axis, :) = angular(axis, :) - sum(angular(axis, :))/size(angular, 2)
@@ -356,7 +344,6 @@ contains
             product = product + matmul(torque, transpose(angular))
             seen = seen + sum(angular**2, 2)
             acted = acted + sum(torque**2, 2)
-            deallocate (torque)
         end do
         do axis = 1, 3
             correlation(:, axis) = product(:, axis)/sqrt(max(acted*seen(axis), tiny(1.0_dp)))
@@ -375,9 +362,7 @@ contains
             call append(estimate%findings, 'the accelerometer does not show the torque of the rods: data of the other '// &
                         'satellite (transplanted ACT), or of another time')
         else if (best > given + CLEARLY) then
-            do k = 1, 3
-                axes_found(k) = nint(sign(1.0_dp, correlation(k, PERMUTATIONS(k, chosen))))*said(PERMUTATIONS(k, chosen))
-            end do
+            axes_found = [(nint(sign(1.0_dp, correlation(k, PERMUTATIONS(k, chosen))))*said(PERMUTATIONS(k, chosen)), k=1, 3)]
             call append(estimate%findings, 'axes of the accelerometer are wrong (AF taken as SRF): its angular channels '// &
                         'follow the torque with accelerometer_axes = '//trim(axes_text(axes_found))//', not '// &
                         trim(axes_text(said)))

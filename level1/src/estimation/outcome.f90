@@ -1,7 +1,6 @@
 !> What a calibration by Level-1 data gives: offsets, and what each rests on.
 module gracecg_level1_outcome
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_text, only: string_t
+    use gracecg_level1_basics
     use gracecg_estimation_action, only: action_t
     use gracecg_estimation_arc_problem, only: arc_residuals_t
     use gracecg_estimation_belief_report, only: belief_report_t

@@ -2,17 +2,15 @@
 !> it leaves of the accelerations, over time and as a spectrum; and where each value that it uses is from: the setup by line or
 !> default, the day's own products, or the data themselves.
 module gracecg_level1_results
-    use gracecg_base_constants, only: AXES, MILLIMETRE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_kinds, only: dp, i8
+    use gracecg_level1_basics
     use gracecg_base_spectrum, only: power_spectrum, band_means, HANN
-    use gracecg_base_text, only: integer_text, real_text, rounded_text
     use gracecg_environment_time, only: utc_text
     use gracecg_files_file, only: output_file_t, appended_file_t, check_writable
-    use gracecg_level1_calibration, only: level1_calibration_t, middle_of, middle_of_span
+    use gracecg_level1_calibration, only: level1_calibration_t, middle_of, utc_at
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds, level1_solution_t, sigma_of
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo
+    use gracecg_level1_series, only: without_line
     use gracecg_level1_setup, only: level1_setup_t, origin_t
     use gracecg_level1_writer, only: level1_writer_t
     implicit none
@@ -46,7 +44,6 @@ contains
         real(dp), intent(in) :: offset(3)           !! d, m
         type(trim_command_t), allocatable, intent(out) :: commands(:)
 
-        type(trim_command_t) :: command
         integer :: axis, left, now
 
         allocate (commands(0))
@@ -54,11 +51,8 @@ contains
             left = nint(offset(axis)/setup%trim_step*setup%mass/setup%trim_mass)
             do while (left /= 0)
                 now = sign(min(abs(left), setup%trim_most), left)
-                command%axis = axis
-                command%steps = now
-                command%text = 'axis '//AXES(axis)//', '//integer_text(abs(now))//' steps '// &
-                    merge('POS', 'NEG', now > 0)//' ('//integer_text(nint(abs(now)/STEPS_A_SECOND))//' s)'
-                commands = [commands, command]
+                commands = [commands, trim_command_t(axis, now, 'axis '//AXES(axis)//', '//integer_text(abs(now))//' steps '// &
+                    merge('POS', 'NEG', now > 0)//' ('//integer_text(nint(abs(now)/STEPS_A_SECOND))//' s)')]
                 left = left - now
             end do
         end do
@@ -130,7 +124,7 @@ contains
         call file%line('time_utc,dx_mm,dy_mm,dz_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm')
         do i = 1, size(calibration%spans)
             if (.not. solution%span_covariance(1, 1, i) > 0) cycle
-            line = trim(utc_text(middle_of_span(calibration, i)))
+            line = trim(utc_text(utc_at(calibration, (calibration%spans(i)%start + calibration%spans(i)%stop)/2)))
             values = [solution%span_offset(:, i), sigma_of(solution, i)]/MILLIMETRE
             do k = 1, size(values)
                 line = line//','//real_text(values(k))
@@ -158,12 +152,9 @@ contains
             observed = set%acceleration(:, kept)
             residual = left%linear(:, place(kept))
         end associate
-        associate (t => time - sum(time)/size(time))
-            do axis = 1, 3
-                observed(axis, :) = observed(axis, :) - sum(observed(axis, :))/size(time)
-                observed(axis, :) = observed(axis, :) - dot_product(observed(axis, :), t)/max(sum(t**2), tiny(1.0_dp))*t
-            end do
-        end associate
+        do axis = 1, 3
+            observed(axis, :) = without_line(time, observed(axis, :))
+        end do
     end subroutine fitted_samples
 
     !> The spectrum of the residuals of all arcs, in segments as long as the shortest.

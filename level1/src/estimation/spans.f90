@@ -1,11 +1,6 @@
 !> The sub-manoeuvres of a calibration: given, of an SOE file, or found in the currents of the rods; and the lines in these.
 module gracecg_level1_spans
-    use gracecg_base_constants, only: TWO_PI, DEGREE
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_text, only: string_t, integer_text, parse_real, real_text, split_words
+    use gracecg_level1_basics
     use gracecg_files_file, only: text_file_t, read_text_file
     use gracecg_level1_calibration, only: level1_calibration_t, note, SPAN_MARGIN, level1_span_t
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans

@@ -1,12 +1,9 @@
 !> Whether currents, attitude and accelerometer show the manoeuvre at the same time: tags of one of them that are seconds off (a
 !> leap second, GPS time taken as UTC) look like wrong signs, axes or gains.
 module gracecg_level1_time_shifts
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_quaternion, only: rotation_between
-    use gracecg_base_text, only: rounded_text
+    use gracecg_level1_basics
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t
-    use gracecg_level1_held_currents, only: rod_acceleration
+    use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_series, only: interpolate
     implicit none
     private
@@ -38,16 +35,16 @@ contains
         if (with_channels) call find_lag(arcs, .true., by_channels, clear(2))
         if (.not. all(clear) .or. max(abs(by_attitude), abs(by_channels)) < 1) return
         if (.not. with_channels) then
-            text = trim(seconds(by_attitude))//' s between the tags of the attitude and those of the currents: the attitude'
+            text = rounded_text(by_attitude, 3)//' s between the tags of the attitude and those of the currents: the attitude'
         else if (abs(by_attitude - by_channels) < 1) then
-            text = 'tags of the currents (MAG) are '//trim(seconds(-by_attitude))//' s off: attitude and accelerometer'
+            text = 'tags of the currents (MAG) are '//rounded_text(-by_attitude, 3)//' s off: attitude and accelerometer'
         else if (abs(by_channels) < 1) then
-            text = 'tags of the attitude (SCA) are '//trim(seconds(by_attitude))//' s off: it'
+            text = 'tags of the attitude (SCA) are '//rounded_text(by_attitude, 3)//' s off: it'
         else if (abs(by_attitude) < 1) then
-            text = 'tags of the accelerometer (ACC) are '//trim(seconds(by_channels))//' s off: it'
+            text = 'tags of the accelerometer (ACC) are '//rounded_text(by_channels, 3)//' s off: it'
         else
-            text = 'tags of the attitude are '//trim(seconds(by_attitude))//' s off, of the accelerometer '// &
-                   trim(seconds(by_channels))//' s: they'
+            text = 'tags of the attitude are '//rounded_text(by_attitude, 3)//' s off, of the accelerometer '// &
+                   rounded_text(by_channels, 3)//' s: they'
         end if
         text = text//' would follow the torque of the rods then; leap seconds, or GPS time taken as another'
     end subroutine say_shift
@@ -69,9 +66,7 @@ contains
         do i = 1, min(size(arcs), MOST_ARCS)
             n = floor(arcs(i)%knowledge%duration/STEP)
             allocate (torque(3, 0:n), turned(3, 0:n))
-            do k = 0, n
-                torque(:, k) = rod_acceleration(arcs(i), arcs(i)%knowledge%rods, k*STEP, .true.)
-            end do
+            torque(:, :) = rod_accelerations(arcs(i), arcs(i)%knowledge%rods, [(k*STEP, k=0, n)], .true.)
             if (by_channels) then
                 do k = 0, n
                     call interpolate(arcs(i)%accelerometer_time, arcs(i)%angular_acceleration, k*STEP, turned(:, k))
@@ -128,12 +123,4 @@ contains
 
         sums = sum(a*b, 2) - sum(a, 2)*sum(b, 2)/size(a, 2)
     end function covariance
-
-    !> A time for people, with blanks behind it.
-    pure function seconds(time) result(text)
-        real(dp), intent(in) :: time                !! s
-        character(16) :: text
-
-        text = rounded_text(time, 3)
-    end function seconds
 end module gracecg_level1_time_shifts

@@ -1,21 +1,16 @@
 !> Spans of a calibration from Level-1 files as observation sets, an arc each: SRF for body axes, times from the arc's first
 !> sample of the accelerometer, the currents of the rods as measured moments, the gyros as head 2.
 module gracecg_level1_to_observations
+    use gracecg_level1_basics
     use gracecg_base_coloured_noise, only: ONE_SIDED
-    use gracecg_base_error, only: error_t, add_context, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_statistics, only: median_of, sort
-    use gracecg_base_text, only: integer_text
-    use gracecg_base_vectors, only: cross
-    use gracecg_environment_time, only: utc_of_gps, utc_plus
+    use gracecg_base_statistics, only: sort
     use gracecg_estimation_physical_model, only: turned_by
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_torque_rods, only: take_measured_moments, torque_rods_t, rod_moments
-    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, field_sigma, signs_are_known
+    use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, field_sigma, signs_are_known, utc_at
     use gracecg_level1_gyros, only: gyro_axes_t, gyro_attitude
-    use gracecg_level1_held_currents, only: rod_acceleration
+    use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_series, only: mean_weights, find_means, APART
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_setup, only: level1_setup_t, QUIETEST
@@ -193,7 +188,7 @@ contains
         attitude = span%attitude_time(near)
         associate (knowledge => set%knowledge)
             knowledge%name = 'GRACE-'//calibration%satellite//' '//calibration%date
-            knowledge%epoch = utc_of_gps(calibration%epoch + floor(zero, i8), zero - floor(zero))
+            knowledge%epoch = utc_at(calibration, zero)
             knowledge%duration = set%accelerometer_time(size(times))
             knowledge%mass = setup%mass
             knowledge%inertia = setup%inertia
@@ -308,7 +303,7 @@ contains
         type(gyro_axes_t) :: no_gyros
         type(torque_rods_t) :: rods, shown          ! as they act, and as samples show them
         type(moment_series_t) :: moments
-        real(dp), allocatable :: time(:), moment(:, :)
+        real(dp), allocatable :: time(:), moment(:, :), turns(:, :)
         real(dp) :: per_current(3), late, first, last, begin
         real(dp) :: weights(-HALF:HALF)
         integer, allocatable :: span_of(:)
@@ -350,12 +345,11 @@ contains
             if (estimate%steps) then    ! steps as the moments of the set have them: 0.2 s long
                 shown = rods
                 shown%delay = late
-                do i = 1, size(observations%accelerometer_time)
-                    associate (t => observations%accelerometer_time(i))
-                        observations%acceleration(:, i) = observations%acceleration(:, i) + &
-                            cross(rod_acceleration(observations, shown, t, .false.) - &
-                                  rod_acceleration(observations, shown, t, .true.), estimate%solutions(1)%offset)
-                    end associate
+                turns = rod_accelerations(observations, shown, observations%accelerometer_time, .false.) - &
+                        rod_accelerations(observations, shown, observations%accelerometer_time, .true.)
+                do i = 1, size(turns, 2)
+                    observations%acceleration(:, i) = observations%acceleration(:, i) + &
+                                                      cross(turns(:, i), estimate%solutions(1)%offset)
                 end do
             end if
             weights = mean_weights(HALF)

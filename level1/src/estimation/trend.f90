@@ -1,11 +1,8 @@
 !> How the offset changes with time, by calibrations of several dates: for each axis a weighted straight line with a
 !> step at every change of the trim, beside what the gas used lets expect.
 module gracecg_level1_trend
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: SECONDS_PER_DAY, JULIAN_YEAR
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_text, only: integer_text
+    use gracecg_level1_basics
+    use gracecg_base_constants, only: JULIAN_YEAR
     use gracecg_level1_setup, only: level1_setup_t
     implicit none
     private
@@ -45,6 +42,7 @@ contains
         type(level1_trend_t), intent(out) :: trend
         type(error_t), allocatable, intent(out) :: error
 
+        integer, parameter :: YEARS = 50            ! That are looked ahead for the limit, day by day
         real(dp), allocatable :: rows(:, :), normal(:, :), rhs(:), x(:), covariance(:, :), weighted(:)
         real(dp) :: condition
         integer :: i, k, n, parameters, axis
@@ -91,26 +89,12 @@ contains
             trend%step_sigma(axis, :) = sqrt([(covariance(k, k), k=3, parameters)])
             trend%chi_square(axis) = sum((weighted - matmul(x, rows))**2)
         end do
-        call find_passage(points(n)%time, limit, trend)
-    end subroutine fit_trend
-
-    !> When a component of d exceeds a limit, from a time on, to a day.
-    subroutine find_passage(from, limit, trend)
-        real(dp), intent(in) :: from, limit
-        type(level1_trend_t), intent(inout) :: trend
-
-        integer, parameter :: YEARS = 50
-        real(dp) :: time
-        integer :: day
-
-        do day = 0, nint(YEARS*JULIAN_YEAR/SECONDS_PER_DAY)
-            time = from + day*SECONDS_PER_DAY
-            if (any(abs(trend%at(time)) > limit)) then
-                trend%passes = time
-                return
-            end if
+        do i = 0, nint(YEARS*JULIAN_YEAR/SECONDS_PER_DAY)
+            if (.not. any(abs(trend%at(points(n)%time + i*SECONDS_PER_DAY)) > limit)) cycle
+            trend%passes = points(n)%time + i*SECONDS_PER_DAY
+            exit
         end do
-    end subroutine find_passage
+    end subroutine fit_trend
 
     !> d by the line, m.
     pure function trend_at(self, time) result(offset)

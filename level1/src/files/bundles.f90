@@ -5,10 +5,8 @@
 module gracecg_level1_bundles
     use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_int, c_long, c_null_char, &
         c_null_ptr, c_ptr
-    use gracecg_base_kinds, only: i8
+    use gracecg_level1_basics
     use gracecg_base_dynamic_library, only: load_library, symbol_in
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, lower_case
     use gracecg_files_file, only: input_stream_t, text_file_t, text_file_of, file_exists, directory_exists
     use gracecg_files_path, only: files_in_folder
     use gracecg_files_run_record, only: has_hash

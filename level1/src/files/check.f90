@@ -5,16 +5,13 @@
 !> periodogram 2 dt |F|^2/sum w^2, root of its mean over the band, dt the mean interval. Quantum: the least step
 !> between different values.
 module gracecg_level1_check
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: DEGREE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_increasing_numbers, only: last_not_after
+    use gracecg_level1_basics
     use gracecg_base_spectrum, only: power_spectrum, HANN
-    use gracecg_base_text, only: integer_text, lower_case
-    use gracecg_level1_check_attitude, only: check_attitude_and_field, level1_check_t, check_row_t, without_line, slope_of
+    use gracecg_level1_check_attitude, only: check_attitude_and_field, level1_check_t, check_row_t
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_frames, only: ACCELEROMETER_AXES, srf_of_accelerometer
     use gracecg_level1_records, only: level1_records_t
+    use gracecg_level1_series, only: without_line, slope_of
     use gracecg_level1_time, only: level1_clock_t, new_level1_clock, to_gps_time
     implicit none
     private
@@ -148,12 +145,8 @@ contains
         if (clk1b%count == 0) return
         call check%take('TIM1B', tim1b)
         if (allocated(check%failure)) return
-        if (tim1b%count > 0) then
-            call new_level1_clock(clock, check%failure, clk1b, tim1b)
-        else
-            call check%note('no TIM1B: time of the on-board computer is taken as that of the receiver')
-            call new_level1_clock(clock, check%failure, clk1b)
-        end if
+        if (tim1b%count == 0) call check%note('no TIM1B: time of the on-board computer is taken as that of the receiver')
+        call new_level1_clock(clock, check%failure, clk1b, tim1b)
         if (allocated(check%failure)) return
         received = real(clock%receiver_seconds, dp)
         do product = 1, size(PRODUCTS)

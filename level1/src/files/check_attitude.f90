@@ -4,22 +4,16 @@
 !> Rate of interval k: rotation vector of R(q_k+1) R(q_k)^T per second. Its noise: RMS of the differences of rates by
 !> sqrt 6.
 module gracecg_level1_check_attitude
-    use gracecg_base_constants, only: AXES, NANOTESLA
-    use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_quaternion, only: rotation_matrix, rotation_between
-    use gracecg_base_text, only: string_t, append, integer_text
-    use gracecg_base_vectors, only: cross, inverse_3x3
+    use gracecg_level1_basics
     use gracecg_environment_geomagnetic_field, only: igrf, igrf_t
-    use gracecg_environment_time, only: utc_of_gps, decimal_year
+    use gracecg_environment_time, only: decimal_year
     use gracecg_level1_frames, only: orbit_at, attitude_at, gracecg_quaternion, continuous_quaternions
     use gracecg_level1_folder, only: level1_folder_t
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_series, only: take_away
     implicit none
     private
-    public :: level1_check_t, check_row_t, without_line, slope_of, check_attitude_and_field
+    public :: level1_check_t, check_row_t, check_attitude_and_field
 
     integer, parameter :: MOST_RECORDS = 100000     !! Of a product: more are not looked at
 
@@ -114,24 +108,6 @@ contains
         if (records%count >= MOST_RECORDS) &
             call self%note(product//': the first '//integer_text(records%count)//' records are looked at')
     end subroutine take
-
-    !> Values less the straight line through them.
-    pure function without_line(times, values) result(rest)
-        real(dp), intent(in) :: times(:), values(:)     !! s, anything
-        real(dp) :: rest(size(values))
-
-        rest = values - sum(values)/size(values) - slope_of(times, values)*(times - sum(times)/size(times))
-    end function without_line
-
-    !> The slope of the straight line through some values.
-    pure real(dp) function slope_of(times, values) result(slope)
-        real(dp), intent(in) :: times(:), values(:)     !! s, anything
-
-        real(dp) :: t(size(times))
-
-        t = times - sum(times)/size(times)
-        slope = dot_product(t, values - sum(values)/size(values))/max(dot_product(t, t), tiny(1.0_dp))
-    end function slope_of
 
     !> Looks at SCA1B, GNV1B, GNI1B, MAG1B.
     subroutine check_attitude_and_field(check)

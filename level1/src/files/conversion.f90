@@ -11,12 +11,10 @@
 !> quaternions from inertial to body axes, direction and order of the parts said. Epochs are written in GPS time; read are GPS,
 !> TAI, TT and UTC. An AEM of version 2 has no ATTITUDE_DIR (it goes from A to B) and no QUATERNION_TYPE (the scalar is last).
 module gracecg_level1_conversion
+    use gracecg_level1_basics
     use gracecg_base_constants, only: KILOMETRE
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_text, only: string_t, append, split_words, parse_integer, parse_real, integer_text, real_text, pick_text
     use gracecg_base_version, only: VERSION
-    use gracecg_environment_time, only: utc_t, parse_utc, utc_plus, utc_text, seconds_between, GPS_EPOCH
+    use gracecg_environment_time, only: parse_utc, utc_text, seconds_between, GPS_EPOCH
     use gracecg_files_file, only: input_stream_t, output_file_t, text_file_t, read_text_file
     use gracecg_level1_exchange_series, only: exchange_series_t, series_of_level1, write_as_level1, kind_of_product, &
         EXCHANGE_KINDS, ORBIT, ATTITUDE, make_room, keep_first

@@ -1,8 +1,6 @@
 !> Sequence-of-events files of GRACE and GRACE-FO (TN-01, TN-03): seconds spacecraft event N v1..vN comment.
 module gracecg_level1_events
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: string_t, split_words, parse_real, parse_integer, integer_text
+    use gracecg_level1_basics
     use gracecg_files_file, only: text_file_t
     use gracecg_level1_bundles, only: read_packed_text
     implicit none

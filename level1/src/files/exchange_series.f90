@@ -1,9 +1,7 @@
 !> A series that Level-1 files share with files of others: orbit, attitude, accelerations, masses, firings, magnetometer; by GPS
 !> time, in the units and the order of Level-1's fields.
 module gracecg_level1_exchange_series
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, split_words
+    use gracecg_level1_basics
     use gracecg_level1_header, only: level1_header_t, product_of_file_name, satellite_of_file_name, name_of
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES
     use gracecg_level1_records, only: level1_records_t, read_level1

@@ -2,9 +2,9 @@
 module gracecg_level1_field_forms
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
     use, intrinsic :: iso_fortran_env, only: real32
+    use gracecg_level1_basics
     use gracecg_base_decimal, only: scan_real, scan_integer, is_white, shortest_digits
-    use gracecg_base_kinds, only: dp, i8, i4
-    use gracecg_base_text, only: integer_text, lower_case
+    use gracecg_base_kinds, only: i4
     use gracecg_level1_header, only: printable
     use gracecg_level1_products, only: KIND_F4, KIND_F8, KIND_LETTER, KIND_FLAG8, KIND_FLAG32, level1_field_t, &
         KIND_I1, KIND_I2, KIND_I4, KIND_U2, KIND_U4, KIND_NUMERAL

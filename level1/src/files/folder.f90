@@ -1,8 +1,8 @@
 !> The Level-1 files of some places, by product, satellite and day, as their names say.
 module gracecg_level1_folder
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: string_t, append, integer_text, lower_case, join
-    use gracecg_environment_time, only: utc_t, parse_utc
+    use gracecg_level1_basics
+    use gracecg_base_text, only: join
+    use gracecg_environment_time, only: parse_utc
     use gracecg_files_file, only: is_unfinished
     use gracecg_level1_bundles, only: find_level1_files
     use gracecg_level1_header, only: product_of_file_name, satellite_of_file_name, date_of_file_name, name_of
@@ -45,7 +45,7 @@ contains
         character(10) :: wanted, date
         character(5) :: product
         character(1) :: letter
-        integer :: i, number
+        integer :: i, number, earlier
 
         files%places = join(places, ', ')
         allocate (files%paths(0), files%warnings(0), files%days(0), files%events(0), found(0))
@@ -85,7 +85,10 @@ contains
             if (.not. is_calibration_history(product)) then
                 date = date_of_file_name(found(i)%text)
                 if (number /= 0 .and. abs(day_number(date) - number) > 1) cycle
-                call add_day(files%days, date)
+                if (all(files%days /= date)) then
+                    earlier = count(files%days < date)
+                    files%days = [files%days(:earlier), date, files%days(earlier + 1:)]
+                end if
             end if
             call append(files%paths, found(i)%text)
         end do
@@ -105,18 +108,6 @@ contains
         call keep_newest(files)
         call tell_days(files)
     end subroutine open_level1_folder
-
-    !> Adds a day where it belongs; one that is there already is not added again.
-    subroutine add_day(days, date)
-        character(10), allocatable, intent(inout) :: days(:)
-        character(10), intent(in) :: date
-
-        integer :: earlier
-
-        if (any(days == date)) return
-        earlier = count(days < date)
-        days = [days(:earlier), date, days(earlier + 1:)]
-    end subroutine add_day
 
     !> That days are joined, and whether days between them are missing.
     subroutine tell_days(files)

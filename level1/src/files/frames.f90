@@ -1,13 +1,9 @@
 !> The frames of Level-1 data: AF of the accelerometer, those of the star cameras' heads, SRF (the body axes), Earth-fixed and
 !> inertial axes; and orbit and attitude between the records of GNV1B, GNI1B and SCA1B.
 module gracecg_level1_frames
+    use gracecg_level1_basics
     use gracecg_base_constants, only: EARTH_ROTATION_RATE
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_quaternion, only: quaternion_product, normalised
-    use gracecg_base_vectors, only: cross
     use gracecg_environment_earth_orientation, only: earth_orientation_t, earth_parameters_t, iau_orientation
-    use gracecg_environment_time, only: utc_t, utc_of_gps
     use gracecg_level1_records, only: level1_records_t
     implicit none
     private

@@ -1,9 +1,8 @@
 !> Headers of Level-1 files: recognised by their first bytes, YAML (GRACE-FO text) or cards of 80 characters
 !> (GRACE, and some products of GRACE-FO).
 module gracecg_level1_header
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, append, parse_integer, parse_real, integer_text, lower_case
+    use gracecg_level1_basics
+    use gracecg_base_error, only: fail_in_file
     use gracecg_level1_products, only: is_level1_product, FAMILIES, TITLES
     implicit none
     private
@@ -144,7 +143,9 @@ contains
             if (.not. ok) header%records = -1
             expected = 'number of records'
         case ('platform', 'SATELLITE NAME')
-            header%satellite = satellite_of_text(value)
+            header%satellite = ''
+            if (index(value, 'GRACE') == 1 .and. scan(value(max(1, len(value)):), PLATFORMS) == 1) &
+                header%satellite = value(len(value):)       ! C of 'GRACE C'
         case ('start_time_epoch_secs', 'TIME FIRST OBS(SEC PAST EPOCH)')
             call parse_real(first_word(value), header%first_time, ok)
         case ('stop_time_epoch_secs', 'TIME LAST OBS(SEC PAST EPOCH)')
@@ -197,16 +198,6 @@ contains
             if (iachar(text(i:i)) < 32 .or. iachar(text(i:i)) > 126) shown(i:i) = '?'
         end do
     end function printable
-
-    !> The satellite that 'GRACE C' names; blank when none.
-    pure character(1) function satellite_of_text(text) result(satellite)
-        character(*), intent(in) :: text
-
-        satellite = ''
-        if (len(text) == 0) return
-        if (index(text, 'GRACE') /= 1) return
-        if (scan(text(len(text):), PLATFORMS) == 1) satellite = text(len(text):)
-    end function satellite_of_text
 
     !> How many letters of a path name folders.
     pure integer function folders_in(path)

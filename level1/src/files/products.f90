@@ -5,9 +5,9 @@
 !> converts follows from this table: text has the fields in the order given, divided by white space; binary
 !> has the same fields packed, most significant byte first.
 module gracecg_level1_products
-    use gracecg_base_error, only: error_t, fail_unknown_name
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_text, only: string_t, split_words, split, parse_integer, integer_text
+    use gracecg_level1_basics
+    use gracecg_base_error, only: fail_unknown_name
+    use gracecg_base_text, only: split
     implicit none
     private
     public :: level1_field_t, level1_layout_t, level1_layout, is_level1_product, level1_product_names

@@ -18,9 +18,8 @@
 !> (`achar(nint(value))`). A value that a record has not (prod_flag), or that is not finite, is NaN.
 module gracecg_level1_reader
     use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail, fail_in_file
-    use gracecg_base_text, only: string_t, append, integer_text, split_words
+    use gracecg_level1_basics
+    use gracecg_base_error, only: fail_in_file
     use gracecg_level1_bundles, only: level1_stream_t
     use gracecg_level1_products, only: level1_layout_t, level1_layout, satellite_of_grace_fo, SATELLITES
     use gracecg_level1_header, only: level1_header_t, parse_level1_header, product_of_file_name, &
@@ -89,8 +88,7 @@ contains
 
         call self%close()
         self%path = trim(path)
-        if (allocated(self%warnings)) deallocate (self%warnings)
-        allocate (self%warnings(0))
+        self%warnings = [string_t ::]
         self%records = 0
         self%of_other_satellites = 0
         self%of_other_time = 0
@@ -321,7 +319,6 @@ contains
         character(:), allocatable, intent(inout) :: problem !! Allocated when it is wrong
 
         character(1) :: id, frame
-        real(dp) :: swap
 
         field = self%layout%id
         id = achar(int(values(record, field)))
@@ -329,9 +326,7 @@ contains
             frame = achar(int(values(record, self%layout%time_ref)))
             if (frame /= 'R' .and. frame /= 'G') then
                 if (id == 'R' .or. id == 'G') then      ! the other order
-                    swap = values(record, field)
-                    values(record, field) = values(record, self%layout%time_ref)
-                    values(record, self%layout%time_ref) = swap
+                    values(record, [field, self%layout%time_ref]) = values(record, [self%layout%time_ref, field])
                     id = frame
                 else
                     problem = '"'//printable(frame)//'" and "'//printable(id)//'": neither is a time frame, R or G'
@@ -339,7 +334,7 @@ contains
                 end if
             end if
         end if
-        if (id /= 'A' .and. id /= 'B' .and. id /= 'C' .and. id /= 'D') then
+        if (scan(id, SATELLITES) == 0) then
             problem = '"'//printable(id)//'" is no satellite; allowed are A, B, C and D'
             return
         end if

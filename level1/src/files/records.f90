@@ -7,9 +7,8 @@
 !>     call acc%times_since(738849600_i8, t)          ! s, to the microsecond of the tag
 !>     x = acc%values(:, acc%field_of('lin_accl_x'))  ! m/s^2, in the axes of the file
 module gracecg_level1_records
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail, fail_unknown_name
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_level1_basics
+    use gracecg_base_error, only: fail_unknown_name
     use gracecg_level1_products, only: level1_layout_t
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t, BLOCK_RECORDS
@@ -108,8 +107,10 @@ contains
         real(dp), intent(in), optional :: spans(:, :)
         integer, intent(in), optional :: most
 
+        integer, parameter :: SHORTEST_RECORD = 20      ! bytes
         type(level1_reader_t) :: reader
         type(level1_block_t) :: block
+        integer(i8) :: bytes
         integer, allocatable :: position(:)
         logical :: kept(BLOCK_RECORDS)
         integer :: room, i
@@ -129,7 +130,10 @@ contains
         call choose_fields(reader%layout, path, records%fields, position, error, fields)
         if (allocated(error)) return
         room = LEAST_ROOM
-        if (.not. (present(spans) .or. present(most))) room = max(room, expected_records(path, reader%header%records))
+        if (.not. (present(spans) .or. present(most))) then     ! what the header announces, but not more than the file can have
+            inquire (file=path, size=bytes)
+            room = int(max(int(room, i8), min(int(reader%header%records, i8), bytes/SHORTEST_RECORD)))
+        end if
         call make_room(records, records%count + room)
         kept = .true.
         do
@@ -179,18 +183,6 @@ contains
         if (records%satellite == '' .or. records%count == 0) records%satellite = reader%satellite
         if (records%time_ref == '') records%time_ref = reader%time_ref
     end subroutine take_origin
-
-    !> Records announced by the header, but not more than the file can have.
-    integer function expected_records(path, announced) result(n)
-        character(*), intent(in) :: path
-        integer, intent(in) :: announced
-
-        integer, parameter :: SHORTEST_RECORD = 20      ! bytes
-        integer(i8) :: bytes
-
-        inquire (file=path, size=bytes)
-        n = int(min(int(announced, i8), bytes/SHORTEST_RECORD))
-    end function expected_records
 
     !> Puts some records of a block behind those that are there.
     subroutine add_records(records, block, kept, position)

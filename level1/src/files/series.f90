@@ -1,16 +1,11 @@
 !> Series of samples in order of time: interpolation, weighted means about every tenth sample (docs/theory.md, 18.9),
 !> samples far off their neighbours, and what a combination of others explains.
 module gracecg_level1_series
-    use gracecg_base_constants, only: TWO_PI
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_error, only: error_t
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_lapack, only: normal_equations, solve_normal_equations
-    use gracecg_base_statistics, only: median_of
+    use gracecg_level1_basics
     use gracecg_estimation_spike_screen, only: is_spike
     implicit none
     private
-    public :: take_away, interpolate, mean_weights, find_means, APART, find_strays
+    public :: take_away, without_line, slope_of, interpolate, mean_weights, find_means, APART, find_strays
 
     integer, parameter :: APART = 10    !! Samples from mean to mean
 
@@ -181,6 +176,24 @@ contains
         call interpolate(times(others), reshape(values(others), [1, 4]), times(place), expected)
         misfit = abs(values(place) - expected(1))
     end function misfit
+
+    !> Values less the straight line through them.
+    pure function without_line(times, values) result(rest)
+        real(dp), intent(in) :: times(:), values(:)     !! s, any unit
+        real(dp) :: rest(size(values))
+
+        rest = values - sum(values)/size(values) - slope_of(times, values)*(times - sum(times)/size(times))
+    end function without_line
+
+    !> The slope of the straight line through some values.
+    pure real(dp) function slope_of(times, values) result(slope)
+        real(dp), intent(in) :: times(:), values(:)     !! s, any unit
+
+        real(dp) :: t(size(times))
+
+        t = times - sum(times)/size(times)
+        slope = dot_product(t, values - sum(values)/size(values))/max(dot_product(t, t), tiny(1.0_dp))
+    end function slope_of
 
     !> What the best combination of a basis leaves of some values. Fails when the basis is not independent.
     subroutine take_away(basis, values, error)

@@ -1,10 +1,7 @@
 !> What the operator of a satellite says for an estimate from its Level-1 data: groups mass_properties and level1 of
 !> a namelist. What no document confirms is a setting here, with its default.
 module gracecg_level1_setup
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: MICROMETRE, NANOTESLA
-    use gracecg_base_error, only: error_t
-    use gracecg_base_text, only: integer_text
+    use gracecg_level1_basics
     use gracecg_files_file, only: text_file_t, text_file_of
     use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_settings, only: describe_mass_properties

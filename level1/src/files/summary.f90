@@ -2,10 +2,7 @@
 !> each field how many values there are, the first, the last, mean, least and greatest.
 module gracecg_level1_summary
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t
-    use gracecg_base_statistics, only: median_of
-    use gracecg_base_text, only: string_t
+    use gracecg_level1_basics
     use gracecg_level1_header, only: level1_header_t
     use gracecg_level1_products, only: level1_layout_t
     use gracecg_level1_reader, only: level1_reader_t, level1_block_t
@@ -58,7 +55,7 @@ contains
         type(level1_block_t) :: block
         real(dp) :: keys(MOST_SERIES), fraction(MOST_SERIES), steps(FIRST_STEPS), usual, total
         integer(i8) :: seconds(MOST_SERIES), counted
-        integer :: series, collected, i, field
+        integer :: series, collected, i, field, bit
 
         call reader%open(path, error)
         if (allocated(error)) return
@@ -85,7 +82,8 @@ contains
                 do i = 1, n
                     call take_tag(i)
                 end do
-                if (layout%qualflg > 0) call count_flags(values(:n, layout%qualflg), summary%flags)
+                if (layout%qualflg > 0) summary%flags = summary%flags + &
+                    [(count(btest(int(values(:n, layout%qualflg)), bit)), bit=0, 7)]
                 if (.not. with_fields) cycle
                 do field = 1, size(summary%fields)
                     call add_values(values(:n, field), summary%fields(field))
@@ -155,18 +153,6 @@ contains
             end if
         end subroutine take_step
     end subroutine summarise_level1
-
-    pure subroutine count_flags(values, flags)
-        real(dp), intent(in) :: values(:)
-        integer(i8), intent(inout) :: flags(0:7)
-
-        integer :: bit
-
-        if (all(abs(values) <= 0)) return
-        do bit = 0, 7
-            flags(bit) = flags(bit) + count(btest(int(values), bit))
-        end do
-    end subroutine count_flags
 
     !> Adds values to a summary; the sum is exact to rounding at its end (A. Neumaier, ZAMM 54 (1974) 39).
     pure subroutine add_values(values, field)

@@ -7,11 +7,7 @@
 !>     receiver time = t + (rcvtime - obctime)(t)              TIM1B, between its records linear
 !>     GPS time      = t_r + eps_time + eps_drift (t_r - t_k)  CLK1B, its last record at or before t_r
 module gracecg_level1_time
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: SECONDS_PER_DAY
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_increasing_numbers, only: last_not_after
-    use gracecg_base_text, only: integer_text
+    use gracecg_level1_basics
     use gracecg_environment_time, only: GPS_EPOCH, calendar_date
     use gracecg_level1_records, only: level1_records_t
     implicit none
@@ -42,8 +38,8 @@ contains
         type(level1_clock_t), intent(out) :: clock
         type(error_t), allocatable, intent(out) :: error
         type(level1_records_t), intent(in) :: clk1b             !! All fields
-        type(level1_records_t), intent(in), optional :: tim1b   !! All fields; without it receiver time is taken as
-                                                                !! that of the on-board computer
+        type(level1_records_t), intent(in), optional :: tim1b   !! All fields; without it, or its records, receiver time is
+                                                                !! taken as that of the on-board computer
 
         real(dp), parameter :: USUAL_STEPS = 3      !! Of records: what is farther is extrapolated
         integer :: n
@@ -65,6 +61,7 @@ contains
         if (n > 1) clock%longest_reach = USUAL_STEPS*real(clk1b%seconds(n) - clk1b%seconds(1), dp)/(n - 1)
         allocate (clock%obc_seconds(0), clock%receiver_offset(0))
         if (.not. present(tim1b)) return
+        if (tim1b%count == 0) return
         clock%obc_seconds = tim1b%seconds
         clock%receiver_offset = (tim1b%values(:, tim1b%field_of('rcvtime_intg')) - real(tim1b%seconds, dp)) + &
             tim1b%values(:, tim1b%field_of('time_frac'))*tim1b%layout%fraction_unit

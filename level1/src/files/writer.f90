@@ -8,9 +8,7 @@
 !> Reals of text have the fewest of 15 to 17 digits that give the same number back: those of official files.
 module gracecg_level1_writer
     use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_error, only: error_t, fail
-    use gracecg_base_text, only: integer_text, real_text, string_t, append
+    use gracecg_level1_basics
     use gracecg_base_version, only: VERSION
     use gracecg_files_file, only: output_file_t
     use gracecg_level1_field_forms, only: put_bytes, BLOCK_NUMBERS, put_word
@@ -83,7 +81,8 @@ contains
         integer, parameter :: CARDS = 11
 
         call card('PRODUCER AGENCY', 'GRACECG '//VERSION)
-        call card('FILENAME', standard_name(self, header))
+        call card('FILENAME', self%layout%product//'_'//date_text(header%first_time, 10)//'_'//header%satellite//'_'// &
+                  merge('04', '02', self%layout%grace_fo)//merge('.dat', '.txt', self%binary))
         call card('PROCESS LEVEL (1A OR 1B)', self%layout%product(4:5))
         call card('FILE FORMAT 0=BINARY 1=ASCII', merge('0', '1', self%binary))
         call card('NUMBER OF HEADER RECORDS', integer_text(CARDS))
@@ -162,11 +161,8 @@ contains
                 associate (field => self%layout%fields(i))
                     if (field%channel > 1) cycle
                     call file%line('    - '//trim(field%name)//':')
-                    if (field%bit >= 0) then
-                        call file%line('        comment: next column, if prod_flag bit set')
-                    else
-                        call file%line('        comment: column '//integer_text(i))
-                    end if
+                    call file%line('        comment: '//pick_text(field%bit >= 0, 'next column, if prod_flag bit set', &
+                                                                  'column '//integer_text(i)))
                 end associate
             end do
             call file%line(YAML_LAST)
@@ -181,16 +177,6 @@ contains
 
         text = gps_date_text(floor(time, i8), time - floor(time, i8))
     end function date_text
-
-    !> ACC1B_2003-09-14_A_02.dat
-    function standard_name(self, header) result(name)
-        class(level1_writer_t), intent(in) :: self
-        type(level1_header_t), intent(in) :: header
-        character(25) :: name
-
-        name = self%layout%product//'_'//date_text(header%first_time, 10)//'_'//header%satellite//'_'// &
-            merge('04', '02', self%layout%grace_fo)//merge('.dat', '.txt', self%binary)
-    end function standard_name
 
     !> Writes a record. What is wrong with it is remembered and told by `commit`.
     subroutine write_record(self, values)

@@ -37,16 +37,14 @@ contains
         type(outcome_t), intent(inout) :: outcome
 
         type(error_t), allocatable :: failure
+        real(dp), allocatable :: spans(:, :)        ! not allocated: all
 
         if (present(span)) then
-            if (span(2) < span(1)) then
-                call outcome%refuse(STATUS_BAD_VALUE, 'span: its end lies before its begin')
-                return
-            end if
-            call read_level1(path, made%records, failure, spans=reshape(span, [2, 1]))
-        else
-            call read_level1(path, made%records, failure)
+            spans = reshape(span, [2, 1])
+            if (span(2) < span(1)) call outcome%refuse(STATUS_BAD_VALUE, 'span: its end lies before its begin')
+            if (span(2) < span(1)) return
         end if
+        call read_level1(path, made%records, failure, spans=spans)
         call outcome%take(failure)
     end subroutine level1_open
 

@@ -6,10 +6,9 @@
 !> (gracecg_simulation_attitude_control): by a torque as it is wanted, or by currents and thrusters. It lets go, smoothly, well
 !> before each span and takes over well after it. Thrusters fire in pairs.
 module gracecg_level1_day_dynamics
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: PI, TWO_PI
-    use gracecg_base_quaternion, only: rotation_matrix
-    use gracecg_base_vectors, only: cross, transformed, transformed_back
+    use gracecg_level1_basics
+    use gracecg_base_constants, only: PI
+    use gracecg_base_vectors, only: transformed, transformed_back
     use gracecg_simulation_dynamics, only: satellite_dynamics_t, loads_t, POSITION, ATTITUDE, STATE_SIZE
     use gracecg_level1_simulation_settings, only: level1_settings_t, level1_span_settings_t
     implicit none
@@ -139,9 +138,7 @@ contains
 
         share = 1
         do i = 1, size(self%spans)
-            associate (span => self%spans(i))
-                away = max(span%start - FREE - t, t - span%start - span%duration - FREE)
-            end associate
+            away = max(self%spans(i)%start - FREE - t, t - self%spans(i)%start - self%spans(i)%duration - FREE)
             away = max(0.0_dp, min(1.0_dp, away/TAKE_OVER))
             share = min(share, away**3*(10 - 15*away + 6*away**2))
         end do

@@ -7,13 +7,11 @@
 !> Tags of 1A files are those of the on-board computer; times of the truth are GPS. Text is that of GRACE-FO (C, D) or
 !> GRACE (A, B); binary that of GRACE, but for what has no binary form (IMU1A, and SCA1A of GRACE-FO), which stays text.
 module gracecg_level1_simulated_files
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: DEGREE, EARTH_ROTATION_RATE, MICROTESLA, NANOTESLA, PI, TWO_PI
-    use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_of_matrix, normalised
+    use gracecg_level1_basics
+    use gracecg_base_constants, only: EARTH_ROTATION_RATE, MICROTESLA, PI
+    use gracecg_base_quaternion, only: conjugate_quaternion, quaternion_of_matrix
     use gracecg_base_random, only: random_stream_t
-    use gracecg_base_text, only: string_t
-    use gracecg_base_vectors, only: cross, unit
+    use gracecg_base_vectors, only: unit
     use gracecg_level1_day_dynamics, only: PAIRS
     use gracecg_level1_products, only: satellite_of_grace_fo
     use gracecg_level1_simulated_folder, only: level1_folder_t, write_events, write_setup, write_truth

@@ -8,10 +8,7 @@
 !>     call folder%finish()
 module gracecg_level1_simulated_folder
     use, intrinsic :: iso_fortran_env, only: real32
-    use gracecg_base_constants, only: MILLIMETRE
-    use gracecg_base_error, only: error_t
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_text, only: string_t, append, integer_text
+    use gracecg_level1_basics
     use gracecg_files_csv, only: csv_writer_t, SIDE_ENDING
     use gracecg_files_file, only: remove_file, output_file_t
     use gracecg_files_settings, only: settings_t, FULL_RANGE
@@ -161,10 +158,8 @@ contains
         call file%open(folder%path_of(SOE_NAME), folder%failure)
         if (allocated(folder%failure)) return
         do i = 1, size(truth%dynamics%spans)
-            associate (span => truth%dynamics%spans(i))
-                call file%line(trim(event(span%start))//' CMCAL 1 1 start')
-                call file%line(trim(event(span%start + span%duration))//' CMCAL 1 0 stop')
-            end associate
+            call file%line(trim(event(truth%dynamics%spans(i)%start))//' CMCAL 1 1 start')
+            call file%line(trim(event(truth%dynamics%spans(i)%start + truth%dynamics%spans(i)%duration))//' CMCAL 1 0 stop')
         end do
         call file%line(trim(event(0.0_dp))//' VCM 3 0 0 0 before')
         call append(folder%written, SOE_NAME)

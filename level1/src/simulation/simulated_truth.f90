@@ -5,15 +5,14 @@
 !> Inertial axes are those of J2000; Earth-fixed ones follow by precession and nutation, and the orbit of a case is
 !> taken to be in them.
 module gracecg_level1_simulated_truth
-    use gracecg_base_constants, only: EARTH_GM, TWO_PI
-    use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_quaternion, only: rotation_matrix, quaternion_of_matrix, quaternion_from_axis_angle
+    use gracecg_level1_basics
+    use gracecg_base_constants, only: EARTH_GM
+    use gracecg_base_quaternion, only: quaternion_of_matrix, quaternion_from_axis_angle
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_vectors, only: cross, identity, unit
+    use gracecg_base_vectors, only: identity, unit
     use gracecg_environment_geomagnetic_field, only: geomagnetic_model_t
     use gracecg_environment_space_weather, only: space_weather_source_t
-    use gracecg_environment_time, only: utc_of_gps, GPS_EPOCH, utc_t, seconds_between, parse_utc, utc_text, utc_plus
+    use gracecg_environment_time, only: GPS_EPOCH, seconds_between, parse_utc, utc_text
     use gracecg_simulation_accelerometer, only: pmc_acceleration, pmc_acceleration_t
     use gracecg_simulation_arc, only: DEFAULT_TOLERANCE, dense_arc_t, fly_densely
     use gracecg_simulation_attitude_control, only: orbital_axes
@@ -282,7 +281,6 @@ contains
         type(random_stream_t), intent(inout) :: random
         type(level1_errors_t), intent(out) :: errors
 
-        real(dp) :: normal
         integer :: axis, rod
 
         do axis = 1, 3
@@ -296,8 +294,7 @@ contains
                 errors%angular_leak_rate(axis, rod) = settings%angular_leakage(2)*random%normal()
             end do
         end do
-        normal = random%normal()
-        errors%inertia_factor = 1 + settings%inertia_error*normal
+        errors%inertia_factor = 1 + settings%inertia_error*random%normal()
     end subroutine draw_errors
 
     !> Orbit and attitude, from nadir with the pitch that is held, body x along the orbit (back) or against it (front).

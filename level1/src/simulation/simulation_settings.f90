@@ -2,11 +2,9 @@
 !> Every effect has its setting, and can be switched off by it; the defaults are those measured on files of GRACE-FO
 !> C and D of 2023 and GRACE A and B of 2003, where nothing else is said.
 module gracecg_level1_simulation_settings
-    use gracecg_base_kinds, only: dp
-    use gracecg_base_constants, only: ARCSECOND, DEGREE, MICROMETRE, NANOTESLA, TWO_PI
-    use gracecg_base_error, only: error_t, fail, add_context
-    use gracecg_base_text, only: integer_text
-    use gracecg_environment_time, only: utc_t, parse_utc
+    use gracecg_level1_basics
+    use gracecg_base_constants, only: ARCSECOND
+    use gracecg_environment_time, only: parse_utc
     use gracecg_files_settings, only: settings_t
     use gracecg_spacecraft_rod_leakage, only: USUAL_ROD_GAIN, USUAL_LEAKAGE
     use gracecg_simulation_case, only: LEVEL1_GROUPS
