@@ -1,9 +1,9 @@
-!> The median of numbers, how an RMS scatters, quantiles of the normal and tails of the chi-square distribution.
+!> The median and the order of numbers, how an RMS scatters, quantiles of the normal and tails of the chi-square distribution.
 module gracecg_base_statistics
     use gracecg_base_kinds, only: dp
     implicit none
     private
-    public :: median_of, sort, sampling_error, normal_quantile, chi_square_tail
+    public :: median_of, sort, order_of, sampling_error, normal_quantile, chi_square_tail
 
 contains
 
@@ -94,4 +94,29 @@ contains
             end do
         end do
     end subroutine sort
+
+    !> The places of numbers by their size, the least first; of equals the first. By halves that are merged.
+    pure recursive function order_of(values) result(order)
+        real(dp), intent(in) :: values(:)
+        integer :: order(size(values))
+
+        integer :: halves(size(values)), i, k, n, half
+        logical :: of_second
+
+        n = size(values)
+        half = n/2
+        order = [(i, i=1, n)]
+        if (n < 2) return
+        halves = [order_of(values(:half)), half + order_of(values(half + 1:))]
+        i = 1
+        k = half + 1
+        do while (i <= half)
+            of_second = k <= n
+            if (of_second) of_second = values(halves(k)) < values(halves(i))
+            order(i + k - half - 1) = halves(merge(k, i, of_second))
+            if (of_second) k = k + 1
+            if (.not. of_second) i = i + 1
+        end do
+        order(k:) = halves(k:)
+    end function order_of
 end module gracecg_base_statistics

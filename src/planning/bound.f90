@@ -49,6 +49,19 @@ module gracecg_planning_bound
         real(dp) :: shadow_edge = -1    !! When the arc passes the edge of the Earth's shadow, s; negative: never
     end type case_bound_t
 
+    integer, parameter :: CONSIDERED(16) = [SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE]
+    !! Parameters that are considered where they are not estimated
+    integer, parameter :: SOURCE_OF(16) = [1, 1, 1, 2, 3, 3, 3, 4, 4, 4, 4, 4, 4, 5, 5, 5]      !! Of them, in SOURCES
+
+    !> A case at its true state.
+    type :: at_truth_t
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations     !! Without noise
+        real(dp) :: shadow_edge = -1                !! As of case_bound_t
+        integer, allocatable :: estimated(:)        !! Parameters
+        type(whitened_problem_t) :: problem         !! Of these and others
+    end type at_truth_t
+
 contains
 
     !> The bound for what the options ask `optimal` by name to estimate, and across the edge of the Earth's shadow its light;
@@ -62,13 +75,28 @@ contains
         type(case_bound_t), intent(out) :: bound
         type(error_t), allocatable, intent(out) :: error
 
-        type(simulator_t) :: simulator
-        type(observation_set_t) :: observations
+        type(at_truth_t) :: truth
+        real(dp) :: sigma(PARAMETERS)
+        real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
+        integer, allocatable :: left(:)         ! Places of those that are considered and not estimated
+        integer :: i
 
-        call observe_case(case, simulator, observations, error)
+        call prepare_at_truth(case, options, .true., CONSIDERED, truth, error)
         if (.not. allocated(error)) then
-            bound%shadow_edge = shadow_edge_of(observations)
-            call bound_at_truth(simulator, observations, options, bound, error)
+            left = pack([(i, i=1, size(CONSIDERED))], [(.not. is_in(truth%estimated, CONSIDERED(i)), i=1, size(CONSIDERED))])
+            sigma = a_priori_sigmas(truth%observations%knowledge)
+            call information_matrix(truth%problem, information, rhs, residuals)
+            call bound_offset(information, parameter_names(truth%estimated), OFFSET, sigma(CONSIDERED(left)), &
+                              bound%offset_bound_t, error)
+        end if
+        if (.not. allocated(error)) then
+            bound%shadow_edge = truth%shadow_edge
+            do i = 1, size(left)
+                associate (sum => bound%by_source(:, SOURCE_OF(left(i))))
+                    sum = sqrt(sum**2 + bound%considered(:, i)**2)
+                end associate
+            end do
+            call consider_knowledge(truth, options, bound, error)
         end if
         call add_context(error, 'case '//trim(case%name))
     end subroutine bound_of_case
@@ -81,17 +109,11 @@ contains
         type(run_information_t), intent(out) :: information
         type(error_t), allocatable, intent(out) :: error
 
-        type(simulator_t) :: simulator
-        type(observation_set_t) :: observations
-        type(whitened_problem_t) :: problem
+        type(at_truth_t) :: truth
 
-        call observe_case(case, simulator, observations, error)
+        call prepare_at_truth(case, options, .true., [integer ::], truth, error)
         if (.not. allocated(error)) &
-            call prepare_at_truth(simulator, observations, options, &
-                                  with_light(asked_parameters(options%optimal, observations%knowledge), options, &
-                                             observations), problem, error)
-        if (.not. allocated(error)) &
-            call gather_information(observations%knowledge, options, problem, information, error)
+            call gather_information(truth%observations%knowledge, options, truth%problem, information, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine information_of_case
 
@@ -103,146 +125,90 @@ contains
         type(belief_report_t), intent(out) :: report    !! Its scores and states mean nothing: there are no data
         type(error_t), allocatable, intent(out) :: error
 
-        type(simulator_t) :: simulator
-        type(observation_set_t) :: observations
-        type(whitened_problem_t) :: problem
+        type(at_truth_t) :: truth
 
-        call observe_case(case, simulator, observations, error)
-        if (.not. allocated(error)) &
-            call prepare_at_truth(simulator, observations, options, &
-                                  with_light(estimated_parameters(options%optimal, observations%knowledge), options, &
-                                             observations), problem, error)
-        if (.not. allocated(error)) call test_beliefs(observations%knowledge, options, problem, report, error)
+        call prepare_at_truth(case, options, .false., [integer ::], truth, error)
+        if (.not. allocated(error)) call test_beliefs(truth%observations%knowledge, options, truth%problem, report, error)
         call add_context(error, 'case '//trim(case%name))
     end subroutine reliability_of_case
 
-    !> Parameters, and, as `optimal` estimates it, the Sun's light where the arc passes the edge of the Earth's shadow.
-    pure function with_light(estimated, options, observations) result(more)
-        integer, intent(in) :: estimated(:)
-        type(estimation_options_t), intent(in) :: options
-        type(observation_set_t), intent(in) :: observations
-        integer, allocatable :: more(:)
-
-        more = estimated
-        if (options%optimal%estimate_within_limits .and. count(estimated == LIGHT(1)) == 0 .and. &
-            shadow_edge_of(observations) >= 0) more = [more, LIGHT]
-    end function with_light
-
-    !> When the arc of an observation set passes the edge of the Earth's shadow, s; negative: never.
-    pure real(dp) function shadow_edge_of(observations) result(edge)
-        type(observation_set_t), intent(in) :: observations
-
-        associate (knowledge => observations%knowledge)
-            edge = edge_of_shadow(julian_centuries_tt(knowledge%epoch), observations%orbit_time, observations%orbit_position, &
-                                  knowledge%duration)
-        end associate
-    end function shadow_edge_of
-
-    !> A case without noise, and without what an estimate takes for granted or considers.
-    subroutine observe_case(case, simulator, observations, error)
+    !> A case without noise, and without what an estimate takes for granted or considers, at its true state. The light of the
+    !> Sun is estimated, as by `optimal`, where the arc passes the edge of the Earth's shadow. Fails when the rods are off, or an
+    !> instrument has no noise.
+    subroutine prepare_at_truth(case, options, asked_alone, more, truth, error)
         type(case_t), intent(in) :: case
-        type(simulator_t), intent(out) :: simulator
-        type(observation_set_t), intent(out) :: observations
-        type(error_t), allocatable, intent(out) :: error
-
-        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
-                                                           magnetometer_bias=.false.), simulator, error)
-        if (.not. allocated(error)) call observe_without_noise(simulator, density_wave_t(), observations)
-    end subroutine observe_case
-
-    !> The problem of some parameters at the true state. Fails when the rods are off, or an instrument has no noise.
-    subroutine prepare_at_truth(simulator, observations, options, parameters, problem, error)
-        type(simulator_t), intent(in) :: simulator
-        type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: parameters(:)
-        type(whitened_problem_t), intent(out) :: problem
+        logical, intent(in) :: asked_alone      !! What the options ask for by name; else all that `optimal` estimates
+        integer, intent(in) :: more(:)          !! Parameters that the problem has behind those, too
+        type(at_truth_t), intent(out) :: truth
         type(error_t), allocatable, intent(out) :: error
 
         type(fitting_data_t) :: data
-
-        call preprocess(observations, options, data, error)
-        if (allocated(error)) return
-        if (.not. any(abs(data%torque) > 0)) then
-            call fail(error, 'the '//trim(merge('torquers   ', 'torque rods', observations%knowledge%rods%direct))//' are off '// &
-                      'all the time: nothing turns the satellite so that the offset could be seen; give a manoeuvre in '// &
-                      'groups '//trim(merge('&excitation', '&rod       ', observations%knowledge%rods%direct)))
-        else if (.not. all(observations%knowledge%star_camera_sigma > 0)) then
-            call fail(error, 'the star camera has no noise: a bound needs the noise of all instruments; '// &
-                      'give catalogue_noise or measurement_noise')
-        end if
-        if (allocated(error)) return
-        call prepare_calibration(observations%knowledge, options, data, parameters, problem)
-        problem%state%quaternion = simulator%arc%state(ATTITUDE_PLACES, 0)
-        problem%state%value(RATE) = simulator%arc%state(OMEGA_PLACES, 0)
-        problem%state%value(OFFSET) = simulator%case%satellite%offset
-        call set_noise(problem, error)
-    end subroutine prepare_at_truth
-
-    subroutine bound_at_truth(simulator, observations, options, bound, error)
-        type(simulator_t), intent(in) :: simulator
-        type(observation_set_t), intent(in) :: observations
-        type(estimation_options_t), intent(in) :: options
-        type(case_bound_t), intent(inout) :: bound
-        type(error_t), allocatable, intent(out) :: error
-
-        type(whitened_problem_t) :: problem
-        integer, allocatable :: estimated(:), considered(:), source(:)      ! parameters; the source of each considered one
-        logical, allocatable :: left(:)
-        real(dp) :: sigma(PARAMETERS)
-        real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
         integer :: i
 
-        estimated = with_light(asked_parameters(options%optimal, observations%knowledge), options, observations)
-        considered = [SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA, TORQUE_CHANGE]
-        source = [spread(1, 1, 3), 2, spread(3, 1, 3), spread(4, 1, 6), spread(5, 1, 3)]
-        left = [(all(estimated /= considered(i)), i=1, size(considered))]
-        if (any(estimated == ROD_GAINS(1))) left = left .and. considered /= ROD_GAIN    ! it is in them
-        considered = pack(considered, left)
-        source = pack(source, left)
-        call prepare_at_truth(simulator, observations, options, [estimated, considered], problem, error)
+        call new_switched_simulator(case, error_switches_t(curved_force=.false., scale_factors=.false., &
+                                                           magnetometer_bias=.false.), truth%simulator, error)
         if (allocated(error)) return
-        call information_matrix(problem, information, rhs, residuals)
-        sigma = a_priori_sigmas(observations%knowledge)
-        call bound_offset(information, parameter_names(estimated), OFFSET, &
-                          sigma(considered), bound%offset_bound_t, error)
-        if (allocated(error)) return
-        do i = 1, size(considered)
-            associate (sum => bound%by_source(:, source(i)))
-                sum = sqrt(sum**2 + bound%considered(:, i)**2)
-            end associate
-        end do
-        call consider_knowledge(simulator, observations, options, estimated, problem%state, bound, error)
-    end subroutine bound_at_truth
+        call observe_without_noise(truth%simulator, density_wave_t(), truth%observations)
+        associate (set => truth%observations, knowledge => truth%observations%knowledge)
+            truth%shadow_edge = edge_of_shadow(julian_centuries_tt(knowledge%epoch), set%orbit_time, set%orbit_position, &
+                                               knowledge%duration)
+            truth%estimated = asked_parameters(options%optimal, knowledge)
+            if (.not. asked_alone) truth%estimated = estimated_parameters(options%optimal, knowledge)
+            if (options%optimal%estimate_within_limits .and. all(truth%estimated /= LIGHT(1)) .and. truth%shadow_edge >= 0) &
+                truth%estimated = [truth%estimated, LIGHT]
+            call preprocess(set, options, data, error)
+            if (allocated(error)) return
+            if (.not. any(abs(data%torque) > 0)) then
+                call fail(error, 'the '//trim(merge('torquers   ', 'torque rods', knowledge%rods%direct))//' are off '// &
+                          'all the time: nothing turns the satellite so that the offset could be seen; give a manoeuvre in '// &
+                          'groups '//trim(merge('&excitation', '&rod       ', knowledge%rods%direct)))
+            else if (.not. all(knowledge%star_camera_sigma > 0)) then
+                call fail(error, 'the star camera has no noise: a bound needs the noise of all instruments; '// &
+                          'give catalogue_noise or measurement_noise')
+            end if
+            if (allocated(error)) return
+            call prepare_calibration(knowledge, options, data, [truth%estimated, pack(more, &
+                                     [(.not. is_in(truth%estimated, more(i)), i=1, size(more))])], truth%problem)
+        end associate
+        truth%problem%state%quaternion = truth%simulator%arc%state(ATTITUDE_PLACES, 0)
+        truth%problem%state%value(RATE) = truth%simulator%arc%state(OMEGA_PLACES, 0)
+        truth%problem%state%value(OFFSET) = truth%simulator%case%satellite%offset
+        call set_noise(truth%problem, error)
+    end subroutine prepare_at_truth
+
+    !> Is a parameter among those that are estimated? The gain of all rods is, where that of each is.
+    pure logical function is_in(estimated, parameter)
+        integer, intent(in) :: estimated(:), parameter
+
+        is_in = any(estimated == parameter) .or. parameter == ROD_GAIN .and. any(estimated == ROD_GAINS(1))
+    end function is_in
 
     !> What the errors in the operator's knowledge add: to first order, by the difference of one Gauss-Newton
     !> step with each component one sigma up and one down. The steps start where right knowledge leads to: with
     !> small residuals, so that partials that change do not matter.
-    subroutine consider_knowledge(simulator, observations, options, estimated, start, bound, error)
-        type(simulator_t), intent(in) :: simulator
-        type(observation_set_t), intent(in) :: observations
+    subroutine consider_knowledge(truth, options, bound, error)
+        type(at_truth_t), intent(in) :: truth
         type(estimation_options_t), intent(in) :: options
-        integer, intent(in) :: estimated(:)             !! Parameters
-        type(model_state_t), intent(in) :: start        !! The true one
         type(case_bound_t), intent(inout) :: bound
         type(error_t), allocatable, intent(out) :: error
 
         integer, parameter :: STEPS = 3     ! to the estimate
         type(operator_t) :: operator
         type(model_state_t) :: state
-        real(dp) :: up(size(estimated)), down(size(estimated)), sigma
+        real(dp) :: up(size(truth%estimated)), down(size(truth%estimated)), sigma
         integer :: source, i, place(3)
 
-        place = [(findloc(estimated, OFFSET(i), 1), i=1, 3)]
-        operator = simulator%case%operator
+        place = [(findloc(truth%estimated, OFFSET(i), 1), i=1, 3)]
+        operator = truth%simulator%case%operator
         if (.not. any(operator%sigma > 0)) return
-        state = start
+        state = truth%problem%state
         do i = 1, STEPS
             call find_step(0.0_dp, up, advance=.true.)
             if (allocated(error)) return
         end do
         do source = 1, size(KNOWLEDGE_SOURCES)
-            if (any(OPERATOR_PLACES == source) .or. source == KNOWN_GAINS .and. any(estimated == ROD_GAINS(1))) cycle
+            if (any(OPERATOR_PLACES == source) .or. source == KNOWN_GAINS .and. any(truth%estimated == ROD_GAINS(1))) cycle
             do i = 1, KNOWLEDGE_SOURCES(source)%components
                 sigma = operator%sigma(i, source)
                 if (.not. sigma > 0) cycle
@@ -269,21 +235,22 @@ contains
             type(fitting_data_t) :: data
             type(whitened_problem_t) :: problem
             real(dp), allocatable :: information(:, :), rhs(:), residuals(:)
-            real(dp) :: covariance(size(estimated), size(estimated)), condition
+            real(dp) :: covariance(size(step), size(step)), condition
 
             step = 0
             wrong = operator
             if (abs(change) > 0) wrong%value(i, source) = wrong%value(i, source) + change
-            told = observations
-            call tell_operator(simulator, wrong, told)
+            told = truth%observations
+            call tell_operator(truth%simulator, wrong, told)
             call preprocess(told, options, data, error)
             if (allocated(error)) return
-            call prepare_calibration(told%knowledge, options, data, estimated, problem)
+            call prepare_calibration(told%knowledge, options, data, truth%estimated, problem)
             problem%state = state
             call set_noise(problem, error)
             if (allocated(error)) return
             call information_matrix(problem, information, rhs, residuals)
-            call solve_normal_equations(information, rhs, step, covariance, condition, error, parameter_names(estimated))
+            call solve_normal_equations(information, rhs, step, covariance, condition, error, &
+                                        parameter_names(truth%estimated))
             if (allocated(error) .or. .not. advance) return
             call problem%correct(step)
             state = problem%state

@@ -184,13 +184,10 @@ contains
         ! at least as good as 5, 6, 7 cycles, also in the noise alone
         if (pattern%allowed .and. maxval(design%sigma) > maxval(pattern%sigma)) then
             design = pattern
+            judged = [judged, refined]
             do i = 1, size(judged)
                 if (maxval(judged(i)%sigma) <= maxval(pattern%sigma) .and. better(judged(i), design)) &
                     design = judged(i)
-            end do
-            do i = 1, size(finalists)
-                if (maxval(refined(i)%sigma) <= maxval(pattern%sigma) .and. better(refined(i), design)) &
-                    design = refined(i)
             end do
         end if
         design%evaluations = spent

@@ -73,10 +73,8 @@ contains
         else
             call build_dynamics(case, motion%dynamics, error)
         end if
-        if (allocated(error)) then
-            call add_context(error, 'orbit of case '//trim(case%name))
-            return
-        end if
+        call add_context(error, 'orbit of case '//trim(case%name))
+        if (allocated(error)) return
         motion%quaternion = case%quaternion
         motion%angular_velocity = case%angular_velocity
 

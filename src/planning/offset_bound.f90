@@ -12,8 +12,9 @@
 module gracecg_planning_offset_bound
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
-    use gracecg_base_lapack, only: solve_normal_equations, symmetric_eigen
+    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_vectors, only: inverse_3x3, determinant_3x3
+    use gracecg_estimation_diagnostics, only: ellipsoid_t, error_ellipsoid
     implicit none
     private
     public :: offset_bound_t, bound_offset, principal_axes, invert_information
@@ -70,17 +71,11 @@ contains
         real(dp), intent(out) :: direction(3, 3)        !! Unit vectors as columns, largest component positive
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp) :: values(3)
-        integer :: i
+        type(ellipsoid_t) :: ellipsoid
 
-        call symmetric_eigen(covariance, values, direction, error)
-        if (allocated(error)) return
-        sigma = sqrt(max(0.0_dp, values))
-        do i = 1, 3
-            associate (column => direction(:, i))
-                if (column(maxloc(abs(column), 1)) < 0) column = -column
-            end associate
-        end do
+        call error_ellipsoid(covariance, ellipsoid, error)
+        sigma = ellipsoid%semi_axis(3:1:-1)
+        direction = ellipsoid%direction(:, 3:1:-1)
     end subroutine principal_axes
 
     !> Covariance and standard deviations of an information about d; huge(1.0) for both where a direction is unseen.

@@ -21,11 +21,8 @@ module gracecg_planning_programme
     integer, parameter :: MOST_MANOEUVRES = 6           !! Of a programme
 
     !> A manoeuvre that a programme can have.
-    type :: candidate_t
-        real(dp) :: time = 0                !! Of its start, s from the epoch of the orbit
+    type, extends(map_point_t) :: candidate_t
         real(dp) :: duration = 0            !! s
-        real(dp) :: latitude = 0            !! Geodetic, rad
-        real(dp) :: longitude = 0           !! Positive east, rad
         real(dp) :: information(3, 3) = 0   !! About d, all else estimated beside it, 1/m^2
     end type candidate_t
 
@@ -77,10 +74,8 @@ contains
         type(map_point_t), intent(in) :: point
         real(dp), intent(in) :: duration        !! Of the manoeuvre's arc, s
 
-        candidate%time = point%time
+        candidate%map_point_t = point
         candidate%duration = duration
-        candidate%latitude = point%latitude
-        candidate%longitude = point%longitude
         if (point%quality%is_seen() .and. .not. point%at_edge) candidate%information = inverse_3x3(point%quality%covariance)
     end function candidate_of_point
 

@@ -326,33 +326,32 @@ contains
         type(manoeuvre_site_t) :: site
 
         call new_manoeuvre_site(self%arc, self%orbit, self%times(i), site, error)
-        if (.not. allocated(error) .and. allocated(self%points)) call judge_place(self, site, self%points(i), error)
+        if (.not. allocated(error) .and. allocated(self%points)) call judge_place(self%points(i))
         call add_context(error, 'calibration at '//number_text(self%times(i))//' s')
         if (allocated(self%sites)) self%sites(i) = site
+
+    contains
+
+        subroutine judge_place(point)
+            type(map_point_t), intent(out) :: point
+
+            type(torque_rods_t) :: rods
+            real(dp) :: axes(3), directions(3, 3)
+
+            point%time = site%time
+            point%latitude = site%latitude
+            point%longitude = site%longitude
+            point%at_edge = site%at_edge
+            rods = self%rods
+            if (allocated(self%rule)) &
+                call usual_manoeuvre(self%arc%knowledge%rods, self%rule, site%field(:, 0), 0.0_dp, &
+                                     self%arc%knowledge%duration, rods, error)
+            if (allocated(error)) return
+            call evaluate_manoeuvre(self%arc, site, rods, point%quality)
+            if (.not. point%quality%is_seen()) return
+            call principal_axes(point%quality%covariance, axes, directions, error)
+            point%worst_sigma = axes(3)
+            point%worst_direction = directions(:, 3)
+        end subroutine judge_place
     end subroutine look_at_site
-
-    subroutine judge_place(self, site, point, error)
-        class(places_t), intent(in) :: self
-        type(manoeuvre_site_t), intent(in) :: site
-        type(map_point_t), intent(out) :: point
-        type(error_t), allocatable, intent(out) :: error
-
-        type(torque_rods_t) :: rods
-        real(dp) :: axes(3), directions(3, 3)
-
-        point%time = site%time
-        point%latitude = site%latitude
-        point%longitude = site%longitude
-        point%at_edge = site%at_edge
-        rods = self%rods
-        if (allocated(self%rule)) &
-            call usual_manoeuvre(self%arc%knowledge%rods, self%rule, site%field(:, 0), 0.0_dp, &
-                                 self%arc%knowledge%duration, rods, error)
-        if (allocated(error)) return
-        call evaluate_manoeuvre(self%arc, site, rods, point%quality)
-        if (.not. point%quality%is_seen()) return
-        call principal_axes(point%quality%covariance, axes, directions, error)
-        point%worst_sigma = axes(3)
-        point%worst_direction = directions(:, 3)
-    end subroutine judge_place
 end module gracecg_planning_scan

@@ -203,14 +203,8 @@ contains
         type(manoeuvre_site_t), intent(in) :: site          !! With the samples of `arc`
         type(manoeuvre_site_t), intent(out) :: thinned
 
-        thinned%time = site%time
-        thinned%latitude = site%latitude
-        thinned%longitude = site%longitude
-        thinned%state = site%state
-        thinned%torque = site%torque
-        thinned%at_edge = site%at_edge
-        thinned%drag = site%drag
-        thinned%force_slope = site%force_slope
+        thinned = site
+        deallocate (thinned%field, thinned%force, thinned%weighed_force)
         allocate (thinned%field(3, 0:2*thinned_arc%samples), thinned%force(3, 0:thinned_arc%samples))
         associate (ratio => real(arc%samples, dp)/thinned_arc%samples)
             call resample(site%field, ratio, thinned%field)

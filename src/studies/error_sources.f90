@@ -6,22 +6,12 @@ module gracecg_studies_error_sources
     use gracecg_base_error, only: error_t
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     use gracecg_files_data_table, only: data_table_t
-    use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t, error_switches_t, new_switched_simulator
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, prediction_t, predict_errors, &
-        error_statistics_t, statistics_of
+    use gracecg_studies_monte_carlo, only: error_study_t, study_errors
     implicit none
     private
-    public :: error_study_t, study_errors, study_all_errors, study_switches, STUDY_NAMES, error_table
-
-    !> RMS errors of the offset in one simulation.
-    type :: error_study_t
-        integer :: runs = 0    !! Of each Monte Carlo
-        real(dp) :: rms(3) = 0              !! m
-        real(dp) :: predicted(3) = 0        !! By theory, m
-    end type error_study_t
+    public :: error_study_t, study_all_errors, study_switches, STUDY_NAMES, error_table
 
     !> The five simulations of Figure 6.5, in its order
     character(12), parameter :: STUDY_NAMES(5) = [character(12) :: 'all-noise', 'linear-ng', &
@@ -41,37 +31,8 @@ contains
         switches%magnetometer_bias = name /= 'no-mag-noise'
     end function study_switches
 
-    !> Simulates and estimates `runs` calibrations in which only the error sources of the study act, and
-    !> predicts their errors. Fails as `new_simulator` and `run_monte_carlo` do.
-    subroutine study_errors(case, name, algorithm, options, seed, runs, threads, study, error, progress)
-        type(case_t), intent(in) :: case
-        character(*), intent(in) :: name            !! Of STUDY_NAMES
-        character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
-        type(estimation_options_t), intent(in) :: options
-        integer(i8), intent(in) :: seed        !! Of the random numbers
-        integer, intent(in) :: runs, threads    !! Runs of each Monte Carlo; in parallel
-        type(error_study_t), intent(out) :: study
-        type(error_t), allocatable, intent(out) :: error
-        class(progress_t), intent(inout), optional :: progress      !! Counts the runs
-
-        type(simulator_t) :: simulator
-        type(monte_carlo_t) :: results
-        type(error_statistics_t) :: statistics
-        type(prediction_t) :: prediction
-        integer :: i
-
-        call new_switched_simulator(case, study_switches(name), simulator, error)
-        if (.not. allocated(error)) call predict_errors(simulator, algorithm, options, prediction, error)
-        if (.not. allocated(error)) call run_monte_carlo(simulator, algorithm, options, seed, [(i, i=1, runs)], &
-                                                         threads, results, error, progress=progress)
-        if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, case%satellite%offset/MILLIMETRE)
-        study%runs = runs
-        study%rms = statistics%rms*MILLIMETRE
-        study%predicted = prediction%rms
-    end subroutine study_errors
-
-    !> All simulations of STUDY_NAMES, one after the other.
+    !> All simulations of STUDY_NAMES, one after the other, in each of which only the error sources of the study act. Fails as
+    !> `new_simulator` and `study_errors` do.
     subroutine study_all_errors(calibration, algorithm, seed, runs, threads, studies, error, progress)
         type(calibration_t), intent(in) :: calibration
         character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
@@ -81,13 +42,15 @@ contains
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress
 
+        type(simulator_t) :: simulator
         integer :: i
 
         call expect_pieces(progress, size(STUDY_NAMES)*runs, 'runs')
         do i = 1, size(STUDY_NAMES)
             call tell(progress, 'error sources, '//trim(STUDY_NAMES(i)))
-            call study_errors(calibration%case, trim(STUDY_NAMES(i)), algorithm, calibration%options, seed, runs, &
-                              threads, studies(i), error, progress)
+            call new_switched_simulator(calibration%case, study_switches(STUDY_NAMES(i)), simulator, error)
+            if (.not. allocated(error)) call study_errors(simulator, algorithm, calibration%options, seed, runs, threads, &
+                                                          studies(i), error, progress)
             if (allocated(error)) return
         end do
     end subroutine study_all_errors

@@ -11,7 +11,7 @@ module gracecg_studies_limit
     use gracecg_simulation_simulator, only: simulator_t, error_switches_t, new_switched_simulator, switch_off
     use gracecg_planning_calibration, only: calibration_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
-    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of
+    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, rms_of_errors
     implicit none
     private
     public :: limit_study_t, study_limit, relative_error, at_the_bound, detectable_excess, limits_table
@@ -45,7 +45,6 @@ contains
         type(error_switches_t) :: switches
         type(simulator_t) :: simulator
         type(monte_carlo_t) :: results
-        type(error_statistics_t) :: statistics
         integer :: a, k
 
         study%case_name = calibration%case%name
@@ -61,8 +60,7 @@ contains
             call run_monte_carlo(simulator, trim(ESTIMATOR_NAMES(a)), calibration%options, seed, &
                                  [(k, k=1, study%runs(a))], threads, results, error, progress=progress)
             if (allocated(error)) return
-            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
-            study%rms(:, a) = statistics%rms*MILLIMETRE
+            study%rms(:, a) = rms_of_errors(results, simulator)
             study%not_converged(a) = count(.not. results%converged)
         end do
     end subroutine study_limit

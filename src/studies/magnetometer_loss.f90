@@ -18,13 +18,12 @@ module gracecg_studies_magnetometer_loss
     use gracecg_estimation_estimators, only: estimate_offset
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise
     use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_studies_monte_carlo, only: alteration_t, prediction_t, predict_errors, monte_carlo_t, &
-        run_monte_carlo, &
-        error_statistics_t, statistics_of
+    use gracecg_studies_monte_carlo, only: alteration_t, prediction_t, predict_errors, monte_carlo_t, run_monte_carlo, &
+        rms_of_errors
     implicit none
     private
     public :: field_model_t, predict_field_model, field_study_t, study_field, MODEL_FIELD_ERROR, FIELD_SOURCES
-    public :: study_magnetometer_loss, study_loss_of_cases, LOSS_ALGORITHMS, LOSS_STUDIES
+    public :: study_magnetometer_loss, study_loss_of_cases, LOSS_ALGORITHMS
     public :: field_table, field_runs_table, field_settings
 
     real(dp), parameter :: MODEL_FIELD_ERROR = 150e-9_dp    !! Standard deviation of an axis, T, section 6.4
@@ -34,8 +33,6 @@ module gracecg_studies_magnetometer_loss
 
     integer, parameter :: LOSS_CASES(2) = [2, 3]            !! Of Figure 6.6
     character(7), parameter :: LOSS_ALGORITHMS(2) = [character(7) :: 'ascfest', 'ascrest']  !! Likewise
-    !> The studies of Figure 6.6, by name
-    integer, parameter :: LOSS_STUDIES = size(LOSS_CASES)*size(LOSS_ALGORITHMS)*size(FIELD_SOURCES)
 
     !> Many calibrations of one case with one source of the field.
     type :: field_study_t
@@ -63,20 +60,18 @@ contains
         real(dp), intent(in) :: deviation           !! Of the model's error, T
         integer(i8), intent(in) :: seed             !! Of the random numbers
         integer, intent(in) :: runs, threads        !! Runs of each Monte Carlo; in parallel
-        type(field_study_t), intent(out) :: studies(LOSS_STUDIES)   !! By case, algorithm, source of the field
+        type(field_study_t), allocatable, intent(out) :: studies(:)     !! By case, algorithm, source of the field
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress      !! Counts the runs
 
         type(calibration_t) :: calibrations(size(LOSS_CASES))
-        type(field_study_t), allocatable :: found(:)
         integer :: i
 
         do i = 1, size(LOSS_CASES)
             call find_calibration(satellite//'-'//integer_text(LOSS_CASES(i)), calibrations(i), error)
             if (allocated(error)) return
         end do
-        call study_loss_of_cases(calibrations, deviation, seed, runs, threads, found, error, progress)
-        if (.not. allocated(error)) studies = found
+        call study_loss_of_cases(calibrations, deviation, seed, runs, threads, studies, error, progress)
     end subroutine study_magnetometer_loss
 
     !> Cases with each of LOSS_ALGORITHMS, with measured and with modelled field in turns.
@@ -127,7 +122,6 @@ contains
         class(progress_t), intent(inout), optional :: progress      !! Counts the runs
 
         type(monte_carlo_t) :: results
-        type(error_statistics_t) :: statistics
         type(prediction_t) :: prediction
         integer :: i
 
@@ -148,9 +142,8 @@ contains
                                  progress=progress)
         end if
         if (allocated(error)) return
-        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
         study%offset = results%offset
-        study%rms = statistics%rms*MILLIMETRE
+        study%rms = rms_of_errors(results, simulator)
     end subroutine study_field
 
     subroutine take_model_field(self, simulator, seed, run, observations)

@@ -1,7 +1,7 @@
 !> Many calibrations of one case: errors of the estimated offset, and what theory predicts for them.
 module gracecg_studies_monte_carlo
     use gracecg_base_kinds, only: dp, i8
-    use gracecg_base_constants, only: PI
+    use gracecg_base_constants, only: PI, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, add_context
     use gracecg_base_text, only: integer_text, string_t, append
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
@@ -15,8 +15,9 @@ module gracecg_studies_monte_carlo
     use gracecg_simulation_simulator, only: simulator_t, observe, observe_without_noise
     implicit none
     private
-    public :: monte_carlo_t, some_runs, run_monte_carlo, alteration_t, run_recorder_t, error_statistics_t, statistics_of
-    public :: prediction_t, predict_errors
+    public :: monte_carlo_t, some_runs, run_monte_carlo, alteration_t, run_recorder_t, error_statistics_t, statistics_of, &
+        rms_of_errors
+    public :: prediction_t, predict_errors, error_study_t, study_errors
 
     !> The estimates of runs of one case and algorithm.
     type :: monte_carlo_t
@@ -47,6 +48,13 @@ module gracecg_studies_monte_carlo
         real(dp) :: bias(3)         !! By scale factors, biases and unmodelled dynamics
         real(dp) :: wave(3)         !! RMS by the density wave of random phase
     end type prediction_t
+
+    !> Errors of the offset in runs, beside what theory expects.
+    type :: error_study_t
+        integer :: runs = 0             !! Of the Monte Carlo; 0: theory alone
+        real(dp) :: rms(3) = 0          !! Of these runs, m
+        real(dp) :: predicted(3) = 0    !! RMS by theory, m; 0: not of errors
+    end type error_study_t
 
     !> A change of every observation set before it is estimated.
     type, abstract :: alteration_t
@@ -254,6 +262,42 @@ contains
         statistics%mean = sum(errors, 2)/n
         statistics%deviation = sqrt(sum((errors - spread(statistics%mean, 2, n))**2, 2)/max(n - 1, 1))
     end function statistics_of
+
+    !> Theory of a simulation with an algorithm, and its runs 1 to `runs`. Fails as `predict_errors` and `run_monte_carlo` do.
+    subroutine study_errors(simulator, algorithm, options, seed, runs, threads, study, error, progress)
+        type(simulator_t), intent(in) :: simulator
+        character(*), intent(in) :: algorithm   !! One of ESTIMATOR_NAMES
+        type(estimation_options_t), intent(in) :: options
+        integer(i8), intent(in) :: seed         !! Of the random numbers
+        integer, intent(in) :: runs, threads    !! How many, 0: theory alone; in parallel
+        class(error_study_t), intent(inout) :: study
+        type(error_t), allocatable, intent(out) :: error
+        class(progress_t), intent(inout), optional :: progress      !! Counts the runs
+
+        type(monte_carlo_t) :: results
+        type(prediction_t) :: prediction
+        integer :: i
+
+        call predict_errors(simulator, algorithm, options, prediction, error)
+        if (allocated(error)) return
+        study%predicted = prediction%rms
+        study%runs = runs
+        if (runs == 0) return
+        call run_monte_carlo(simulator, algorithm, options, seed, [(i, i=1, runs)], threads, results, error, progress=progress)
+        if (.not. allocated(error)) study%rms = rms_of_errors(results, simulator)
+    end subroutine study_errors
+
+    !> RMS errors of estimates, m; by millimetres, as the files have them.
+    pure function rms_of_errors(results, simulator) result(rms)
+        type(monte_carlo_t), intent(in) :: results
+        type(simulator_t), intent(in) :: simulator      !! That they are of
+        real(dp) :: rms(3)
+
+        type(error_statistics_t) :: statistics
+
+        statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
+        rms = statistics%rms*MILLIMETRE
+    end function rms_of_errors
 
     !> Predicts the RMS error of a case and algorithm without any random number: the covariance under
     !> the instruments' true noise spectra, the bias that is left without noise, and the response to

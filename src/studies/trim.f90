@@ -15,6 +15,7 @@ module gracecg_studies_trim
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
@@ -59,7 +60,6 @@ module gracecg_studies_trim
 
     !> Many trims as pieces of work.
     type, extends(parallel_work_t) :: trims_t
-        type(case_t), pointer :: case => null()
         type(simulator_t) :: first                          !! Of the first round, before any mass is moved
         character(:), allocatable :: algorithm
         type(estimation_options_t) :: options
@@ -76,7 +76,7 @@ contains
     !>
     !> Fails when a trim fails: the error is that of the failed run with the lowest number.
     subroutine repeat_trim(case, algorithm, options, settings, runs, threads, statistics, error, progress)
-        type(case_t), intent(in), target :: case
+        type(case_t), intent(in) :: case
         character(*), intent(in) :: algorithm    !! One of ESTIMATOR_NAMES
         type(estimation_options_t), intent(in) :: options
         type(trim_settings_t), intent(in) :: settings
@@ -88,7 +88,6 @@ contains
         type(trims_t) :: work
         integer :: i, axis
 
-        work%case => case
         work%algorithm = algorithm
         work%options = options
         work%options%test_beliefs = .false.     ! their verdicts are not in these statistics
@@ -103,20 +102,12 @@ contains
         do i = 1, settings%rounds
             do axis = 1, 3
                 associate (results => work%results(i, :))
-                    statistics(i)%offset(axis) = rms(results%offset(axis))
-                    statistics(i)%estimate_error(axis) = rms(results%estimate(axis) - results%offset(axis))
-                    statistics(i)%sigma(axis) = rms(results%sigma(axis))
+                    statistics(i)%offset(axis) = rms_of(results%offset(axis))
+                    statistics(i)%estimate_error(axis) = rms_of(results%estimate(axis) - results%offset(axis))
+                    statistics(i)%sigma(axis) = rms_of(results%sigma(axis))
                 end associate
             end do
         end do
-
-    contains
-
-        pure real(dp) function rms(values)
-            real(dp), intent(in) :: values(:)
-
-            rms = norm2(values)/sqrt(real(size(values), dp))
-        end function rms
     end subroutine repeat_trim
 
     subroutine do_trim(self, i, error)
@@ -151,11 +142,8 @@ contains
 
         allocate (rounds(0))
         call new_simulator(case, first, error)
-        if (allocated(error)) then
-            call add_context(error, 'round 1')
-            return
-        end if
-        call trim_from(first, algorithm, options, settings, rounds, error, progress)
+        call add_context(error, 'round 1')
+        if (.not. allocated(error)) call trim_from(first, algorithm, options, settings, rounds, error, progress)
     end subroutine trim_offset
 
     !> The same from the simulation of the first round on.
@@ -175,19 +163,13 @@ contains
 
         allocate (rounds(0))
         current = first%case
+        simulator = first
         call expect_pieces(progress, settings%rounds, 'rounds')
         do i = 1, settings%rounds
-            if (i == 1) then
-                call calibrate(first, algorithm, options, settings%seed, i, latest, error)
-            else
-                call new_simulator(current, simulator, error)
-                if (.not. allocated(error)) call calibrate(simulator, algorithm, options, settings%seed, i, latest, error)
-            end if
-            if (allocated(error)) then
-                call add_context(error, 'round '//integer_text(i))
-                return
-            end if
-            if (settings%joint .and. i > 1) call join_earlier(rounds(i - 1), settings, latest, error)
+            if (i > 1) call new_simulator(current, simulator, error)
+            if (.not. allocated(error)) call calibrate(simulator, algorithm, options, settings%seed, i, latest, error)
+            call add_context(error, 'round '//integer_text(i))
+            if (settings%joint .and. i > 1 .and. .not. allocated(error)) call join_earlier(rounds(i - 1), settings, latest, error)
             if (allocated(error)) return
             rounds = [rounds, latest]
             call piece_done(progress)

@@ -1,7 +1,7 @@
 !> The median, and the tail of the chi-square distribution.
 module test_statistics
     use vocabulary
-    use gracecg_base_statistics, only: median_of, chi_square_tail
+    use gracecg_base_statistics, only: median_of, order_of, chi_square_tail
     implicit none
     private
     public :: collect_statistics
@@ -13,6 +13,7 @@ contains
 
         testsuite = [ &
                     new_unittest('median', test_median), &
+                    new_unittest('order', test_order), &
                     new_unittest('chi-square-tail', test_tail)]
     end subroutine collect_statistics
 
@@ -30,6 +31,23 @@ contains
         median = median_of(values)
         call check(error, count(values < median) == 500 .and. count(values > median) == 500, 'not the middle')
     end subroutine test_median
+
+    !> Increasing, and equals in the order of their places.
+    subroutine test_order(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(random_stream_t) :: stream
+        real(dp) :: values(1001)
+        integer :: order(1001)
+
+        stream = new_stream(9, 0, 0, 0, 0)
+        call stream%normals(values)
+        values = anint(10*values)
+        order = order_of(values)
+        call check(error, all(values(order(2:)) > values(order(:1000)) .or. &
+                              (.not. values(order(2:)) < values(order(:1000)) .and. order(2:) > order(:1000))), 'order')
+        if (allocated(error)) return
+        call check(error, size(order_of(values(:0))), 0)
+    end subroutine test_order
 
     !> Tables of the chi-square distribution (Abramowitz and Stegun, Table 26.8).
     subroutine test_tail(error)

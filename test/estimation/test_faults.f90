@@ -197,9 +197,9 @@ contains
         call fault_free(observations)
         observations%acceleration = 1e3_dp*observations%acceleration
         if (estimate_fails(error, 'assest-rde', observations, options, solution)) return
-        call refuse_implausible(solution, options%largest_offset, failure)
+        call refuse_implausible('assest-rde', solution%offset, solution%covariance, options%largest_offset, failure)
         call check_fails(error, failure, 'CG offset on z would be - ... not plausible ... largest_offset_mm')
-        call refuse_implausible(solution, 1.0_dp, failure)
+        call refuse_implausible('assest-rde', solution%offset, solution%covariance, 1.0_dp, failure)
         call check_passes(error, failure)
         call warned(error, solution%warnings, 'residuals of axis z ... check the unit')
     end subroutine test_wrong_unit

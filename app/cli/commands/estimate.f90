@@ -169,7 +169,8 @@ contains
         begun = .not. allocated(error)
         options%history = request%verbose
         if (begun) call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
-        if (begun .and. .not. allocated(error)) call refuse_implausible(solution, options%largest_offset, error)
+        if (begun .and. .not. allocated(error) .and. solution%converged) &
+            call refuse_implausible(solution%algorithm, solution%offset, solution%covariance, options%largest_offset, error)
         if (begun .and. allocated(error)) then
             call warn_of_causes(observations, console)
             call publish_refusal(request%asked, observations, solution, record, console, error%message)

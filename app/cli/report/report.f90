@@ -17,7 +17,7 @@ module gracecg_cli_report
     use gracecg_studies_gravity_gradient, only: gradient_along_orbit, gradient_table
     use gracecg_studies_limit, only: limit_study_t, study_limit, limits_table, detectable_excess
     use gracecg_studies_magnetometer_loss, only: field_study_t, study_magnetometer_loss, field_table, &
-        field_runs_table, field_settings, LOSS_STUDIES, MODEL_FIELD_ERROR
+        field_runs_table, field_settings, MODEL_FIELD_ERROR
     use gracecg_studies_statements, only: statement_t, examine_statement, statement_table, STATEMENT_NAMES
     use gracecg_studies_timing, only: timing_study_t, study_timing, places_table, marked_places_table, &
         revolutions_table
@@ -184,7 +184,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         type(campaign_t) :: campaign
-        type(field_study_t) :: losses(LOSS_STUDIES)
+        type(field_study_t), allocatable :: losses(:)
         character(100) :: about
 
         call report_campaign(folder%seed, folder%runs, folder%threads, campaign, error, console)

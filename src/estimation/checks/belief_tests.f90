@@ -196,7 +196,7 @@ contains
 
         real(dp), parameter :: LEAST_CYCLES = 3, CORRELATED_FREQUENCIES = 2.2_dp
         real(dp), allocatable :: series(:)
-        real(dp) :: score, line, frequency, arc, tail, taken, lines(3), frequencies(3)
+        real(dp) :: score, arc, tail, taken, lines(3), frequencies(3)
         integer :: axis, used, n
 
         arc = fitted%model%steps*fitted%model%interval
@@ -211,9 +211,7 @@ contains
                 score = (dot_product(series(:n - 1), series(2:)) + taken/used)*sqrt(real(used, dp))
                 call add_score(report, 6 + axis, score, 0.0_dp, .false.)
                 call strongest_line(fitted%data%accelerometer_epoch, series, 1, fitted%model%interval, arc, LEAST_CYCLES, &
-                                    0.5_dp/fitted%model%interval, line, frequency)
-                lines(axis) = line
-                frequencies(axis) = frequency
+                                    0.5_dp/fitted%model%interval, lines(axis), frequencies(axis))
             end do
             do axis = 1, 3
                 used = count(fitted%acceleration_kept(axis, :))

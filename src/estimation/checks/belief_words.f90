@@ -2,6 +2,7 @@
 module gracecg_estimation_belief_words
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_statistics, only: order_of
     use gracecg_base_text, only: integer_text, rounded_text
     use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief, only: ALTERATIONS
@@ -104,46 +105,24 @@ contains
         type(belief_report_t), intent(in) :: report
         character(:), allocatable, intent(out) :: text    !! Words, without a full stop
 
-        logical :: left(size(report%values))
+        integer, allocatable :: places(:)
         integer :: i, n
 
         text = ''
-        left = report%values%state == UNTESTED
-        n = count(left)
+        places = pack([(i, i=1, size(report%values))], report%values%state == UNTESTED)
+        places = places(order_of([(-maxval(abs(report%values(places(i))%within)), i=1, size(places))]))
+        n = size(places)
         do i = 1, min(n, MOST_NAMED)
-            call add_one(largest_left())
+            if (i > 1) text = text//', '
+            associate (test => report%values(places(i)))
+                text = text//trim(test%subject)//' ('//rounded_text(maxval(abs(test%within))/MILLIMETRE, 2)//' mm)'
+            end associate
         end do
         if (n > MOST_NAMED) text = text//' and '//integer_text(n - MOST_NAMED)//' more'
         if (report%signs_known) return
         if (text /= '') text = text//'; '
         text = text//'the sign of the accelerometer (all its axes turned would turn d: no calibration tells; a small trim '// &
             'does, then set signs_known)'
-
-    contains
-
-        integer function largest_left() result(place)
-            integer :: k
-
-            place = 0
-            do k = 1, size(left)
-                if (.not. left(k)) cycle
-                if (place > 0) then
-                    if (maxval(abs(report%values(k)%within)) <= maxval(abs(report%values(place)%within))) cycle
-                end if
-                place = k
-            end do
-            left(place) = .false.
-        end function largest_left
-
-        subroutine add_one(place)
-            integer, intent(in) :: place
-
-            if (text /= '') text = text//', '
-            associate (test => report%values(place))
-                text = text//trim(test%subject)//' ('// &
-                    rounded_text(maxval(abs(test%within))/MILLIMETRE, 2)//' mm)'
-            end associate
-        end subroutine add_one
     end subroutine say_untested
 
     !> The belief with the largest score.

@@ -130,59 +130,48 @@ contains
         type(fit_record_t), intent(inout), optional :: record   !! What was found is put there
         logical, intent(in), optional :: kept(:)    !! Star-camera samples; all when absent
 
-        real(dp) :: factor, sigma, misfit
+        real(dp) :: factor, sigma       ! of the torque that fits best, and its standard deviation
+        real(dp) :: misfit              ! RMS of the attitude's residuals in units of their noise
         logical :: counted(size(data%stars%time))
-
-        if (.not. any(abs(data%torque) > 0)) then
-            call append(warnings, 'the '//trim(merge('torquers   ', 'torque rods', knowledge%rods%direct))// &
-                        ' are off all the time: the offset is hardly observable')
-            return
-        end if
-        counted = .true.
-        if (present(kept)) counted = kept
-        call estimate_torque_factor(knowledge, data, counted, star_sigma, quaternion, angular_velocity, factor, &
-                                    sigma, misfit, error)
-        if (allocated(error)) return
-        call judge_torque(knowledge%rods%direct, factor, sigma, misfit, warnings, error, record)
-    end subroutine check_torque
-
-    !> What a factor of the torque that was estimated means.
-    subroutine judge_torque(direct, factor, sigma, misfit, warnings, error, record)
-        logical, intent(in) :: direct       !! Of torquers, not rods
-        real(dp), intent(in) :: factor, sigma
-        !! Of the rods' torque that fits best, and its standard deviation
-        real(dp), intent(in) :: misfit      !! RMS of the attitude's residuals in units of their noise
-        type(string_t), allocatable, intent(inout) :: warnings(:)
-        type(error_t), allocatable, intent(out) :: error
-        type(fit_record_t), intent(inout), optional :: record   !! Where they are kept
-
         character(8) :: means
         character(:), allocatable :: found, doubt
 
-        if (present(record)) then
-            record%torque_checked = .true.
-            record%torque_factor = factor
-            record%torque_sigma = sigma
-            record%attitude_misfit = misfit
-        end if
-        means = merge('torquers', 'rods    ', direct)
-        doubt = ''
-        if (misfit > MISFITTING) then
-            doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &
-                    ' times their noise: faulty samples, or '//trim(means)//' that fired otherwise than the setup says'
-            call append(warnings, doubt)
-            doubt = '; '//doubt
-        end if
-        if (abs(factor - 1) <= max(DOUBTFUL, SIGNIFICANT*sigma)) return
-        found = 'the satellite turned as if the torque of the '//trim(means)//' were '// &
-            number_text(factor)//' (sigma '//number_text(sigma)//') times that of setup and '// &
-            trim(merge('command       ', 'magnetic field', direct))
-        if (abs(factor - 1) > WRONG) then
-            call fail(error, found//': did the '//trim(means)//' fire as the setup says?'//doubt)
-        else
-            call append(warnings, found//'; the offset may be off by as much')
-        end if
-    end subroutine judge_torque
+        associate (direct => knowledge%rods%direct)
+            if (.not. any(abs(data%torque) > 0)) then
+                call append(warnings, 'the '//trim(merge('torquers   ', 'torque rods', direct))// &
+                            ' are off all the time: the offset is hardly observable')
+                return
+            end if
+            counted = .true.
+            if (present(kept)) counted = kept
+            call estimate_torque_factor(knowledge, data, counted, star_sigma, quaternion, angular_velocity, factor, &
+                                        sigma, misfit, error)
+            if (allocated(error)) return
+            if (present(record)) then
+                record%torque_checked = .true.
+                record%torque_factor = factor
+                record%torque_sigma = sigma
+                record%attitude_misfit = misfit
+            end if
+            means = merge('torquers', 'rods    ', direct)
+            doubt = ''
+            if (misfit > MISFITTING) then
+                doubt = 'the attitudes of the star camera are off the fit, by '//number_text(misfit)// &
+                        ' times their noise: faulty samples, or '//trim(means)//' that fired otherwise than the setup says'
+                call append(warnings, doubt)
+                doubt = '; '//doubt
+            end if
+            if (abs(factor - 1) <= max(DOUBTFUL, SIGNIFICANT*sigma)) return
+            found = 'the satellite turned as if the torque of the '//trim(means)//' were '// &
+                number_text(factor)//' (sigma '//number_text(sigma)//') times that of setup and '// &
+                trim(merge('command       ', 'magnetic field', direct))
+            if (abs(factor - 1) > WRONG) then
+                call fail(error, found//': did the '//trim(means)//' fire as the setup says?'//doubt)
+            else
+                call append(warnings, found//'; the offset may be off by as much')
+            end if
+        end associate
+    end subroutine check_torque
 
     !> The factor of the magnetic torque that would fit the star camera's samples best, estimated together with
     !> attitude and angular velocity at the epoch and a constant torque about each axis (what the physical model

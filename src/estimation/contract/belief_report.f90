@@ -343,11 +343,9 @@ contains
         effect = self%apart
         do axis = 1, 3
             if (size(self%values) == 0) exit
-            if (within) then
-                effect(axis) = effect(axis) + abs(self%values(self%largest_within(axis))%within(axis))
-            else
-                effect(axis) = effect(axis) + abs(self%values(self%largest(axis))%effect(axis))
-            end if
+            associate (test => self%values(merge(self%largest_within(axis), self%largest(axis), within)))
+                effect(axis) = effect(axis) + abs(merge(test%within(axis), test%effect(axis), within))
+            end associate
         end do
     end function undetected
 

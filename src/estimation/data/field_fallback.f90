@@ -9,6 +9,7 @@ module gracecg_estimation_field_fallback
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: NANOTESLA
     use gracecg_base_error, only: error_t, fail, add_context, number_text
+    use gracecg_base_statistics, only: order_of
     use gracecg_base_text, only: string_t, append, integer_text, join
     use gracecg_base_quaternion, only: rotation_matrix, normalised
     use gracecg_environment_earth_orientation, only: earth_orientation_t, new_earth_orientation
@@ -65,6 +66,7 @@ contains
         type(model_field_t) :: model
         real(dp), allocatable :: missing(:), missing_field(:, :)
         real(dp) :: offset(3)
+        integer, allocatable :: order(:)
         integer :: i, common
 
         times = observations%magnetometer_time
@@ -82,7 +84,11 @@ contains
             if (allocated(error)) return
             missing_field(:, i) = missing_field(:, i) + offset
         end do
-        call merge_series(missing, missing_field, times, field)
+        times = [times, missing]
+        field = reshape([field, missing_field], [3, size(times)])
+        order = order_of(times)
+        times = times(order)
+        field = field(:, order)
         call append(warnings, 'magnetometer: no samples for '//integer_text(size(missing))// &
                     trim(merge(' epoch ', ' epochs', size(missing) == 1))//' from '//number_text(missing(1))//' s to '// &
                     number_text(missing(size(missing)))//' s; '//trim(observations%knowledge%field_model)//' stands in'// &
@@ -221,38 +227,4 @@ contains
                integer_text(nint(offset(2)/NANOTESLA))//', '//integer_text(nint(offset(3)/NANOTESLA))// &
                ' nT from '//integer_text(common)//' samples of the magnetometer'
     end function offset_text
-
-    !> Puts the samples of one series between those of another, in the order of time.
-    pure subroutine merge_series(new_times, new_values, times, values)
-        real(dp), intent(in) :: new_times(:), new_values(:, :)
-        real(dp), allocatable, intent(inout) :: times(:), values(:, :)
-
-        real(dp), allocatable :: merged(:, :)
-        real(dp) :: merged_times(size(times) + size(new_times))
-        integer :: i, old, new
-
-        allocate (merged(size(values, 1), size(merged_times)))
-        old = 1
-        new = 1
-        do i = 1, size(merged_times)
-            if (comes_old()) then
-                merged_times(i) = times(old)
-                merged(:, i) = values(:, old)
-                old = old + 1
-            else
-                merged_times(i) = new_times(new)
-                merged(:, i) = new_values(:, new)
-                new = new + 1
-            end if
-        end do
-        times = merged_times
-        call move_alloc(merged, values)
-
-    contains
-
-        pure logical function comes_old()
-            comes_old = old <= size(times)
-            if (comes_old .and. new <= size(new_times)) comes_old = times(old) <= new_times(new)
-        end function comes_old
-    end subroutine merge_series
 end module gracecg_estimation_field_fallback

@@ -3,6 +3,7 @@
 module gracecg_estimation_star_attitude
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: number_text
+    use gracecg_base_statistics, only: order_of
     use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, normalised
     use gracecg_observations_knowledge, only: HEADS
@@ -104,28 +105,17 @@ contains
 
         integer, allocatable :: used(:), other(:)
         real(dp), allocatable :: used_times(:)
-        integer :: i, k, next, n
+        integer :: i
 
         associate (times => observations%star_camera_time, head => observations%star_camera_head, &
                    knowledge => observations%knowledge)
             used = pack([(i, i=1, size(times))], head == knowledge%camera .or. knowledge%camera == 0)
             other = pack([(i, i=1, size(times))], .not. (head == knowledge%camera .or. knowledge%camera == 0))
             used_times = times(used)
-            allocate (order(size(times)))
-            n = 0
-            next = 1
-            do k = 1, size(other)
-                if (is_covered(used_times, times(other(k)), knowledge%star_camera_interval)) cycle
-                do while (next <= size(used))
-                    if (used_times(next) > times(other(k))) exit
-                    n = n + 1
-                    order(n) = used(next)
-                    next = next + 1
-                end do
-                n = n + 1
-                order(n) = other(k)
-            end do
-            order = [order(:n), used(next:)]
+            other = pack(other, [(.not. is_covered(used_times, times(other(i)), knowledge%star_camera_interval), &
+                                  i=1, size(other))])
+            order = [used, other]
+            order = order(order_of(times(order)))
         end associate
     end function chosen_samples
 

@@ -139,7 +139,8 @@ contains
         call judge_arcs(work%arcs, error)
         if (.not. allocated(error)) call join(work, threads, chain%solution, error, progress)
         if (.not. allocated(error)) call check_agreement(chain%solution, error)
-        if (.not. allocated(error)) call check_offset(options, chain%solution, error)
+        if (.not. allocated(error)) call refuse_implausible('optimal', chain%solution%offset, chain%solution%covariance, &
+                                                            options%largest_offset, error)
         if (.not. allocated(error)) call judge_arcs(work%arcs, error)
         call move_alloc(work%arcs, chain%arcs)
         if (allocated(error)) return
@@ -429,20 +430,6 @@ contains
                   ' arcs apart from the others; no offset of all is given: the model does not hold over this run. Estimate '// &
                   'its manoeuvres one by one, or an hour of it')
     end subroutine check_agreement
-
-    subroutine check_offset(options, solution, error)
-        type(estimation_options_t), intent(in) :: options
-        type(joint_solution_t), intent(in) :: solution
-        type(error_t), allocatable, intent(out) :: error
-
-        type(solution_t) :: whole
-
-        whole%algorithm = 'optimal'
-        whole%converged = .true.
-        whole%offset = solution%offset
-        whole%covariance = solution%covariance
-        call refuse_implausible(whole, options%largest_offset, error)
-    end subroutine check_offset
 
     !> A warning that several arcs give, with other numbers perhaps, is told once.
     subroutine gather_warnings(chain)

@@ -28,35 +28,29 @@ contains
         type(offset_change_t), allocatable, intent(out) :: changes(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(utc_t), allocatable :: time(:)
-        real(dp), allocatable :: change(:, :), sigma(:, :)
-        integer :: i
-
-        call read_offset_rows(path, .true., time, change, sigma, error)
-        if (.not. allocated(error)) changes = [(offset_change_t(time(i), change(:, i), sigma(:, i)), i=1, size(time))]
+        call read_offset_rows(path, .true., changes, error)
     end subroutine read_changes
 
-    !> Reads offsets, or changes of them, from a CSV file: time_utc (ISO 8601), d and its standard deviations in mm. Fails,
-    !> with file and line, when something is not a time or a number, or a standard deviation is negative or, where it
-    !> must not be, 0.
-    subroutine read_offset_rows(path, may_be_exact, time, offset, sigma, error)
+    !> Reads changes, or offsets, from a CSV file: time_utc (ISO 8601), d and its standard deviations in mm. Fails, with file
+    !> and line, when something is not a time or a number, or a standard deviation is negative or, where it must not be, 0.
+    subroutine read_offset_rows(path, may_be_exact, changes, error)
         character(*), intent(in) :: path        !! Of the file
         logical, intent(in) :: may_be_exact     !! A standard deviation may be 0
-        type(utc_t), allocatable, intent(out) :: time(:)
-        real(dp), allocatable, intent(out) :: offset(:, :), sigma(:, :)     !! (3, rows), m
+        type(offset_change_t), allocatable, intent(out) :: changes(:)
         type(error_t), allocatable, intent(out) :: error
 
         type(table_file_t) :: file
+        type(utc_t), allocatable :: time(:)
         real(dp), allocatable :: values(:, :)
         integer :: i, axis
 
         call read_dated_rows(path, COLUMNS, file, time, values, error)
         if (allocated(error)) return
-        offset = values(:3, :)*MILLIMETRE
-        sigma = values(4:, :)*MILLIMETRE
+        values = values*MILLIMETRE
+        changes = [(offset_change_t(time(i), values(:3, i), values(4:, i)), i=1, size(time))]
         do i = 1, size(time)
             do axis = 1, 3
-                if (sigma(axis, i) > 0 .or. may_be_exact .and. .not. sigma(axis, i) < 0) cycle
+                if (changes(i)%sigma(axis) > 0 .or. may_be_exact .and. .not. changes(i)%sigma(axis) < 0) cycle
                 call file%fail_at(i, 'column '//trim(COLUMNS(4 + axis))//': a standard deviation '// &
                                   trim(merge('is negative        ', 'has to be positive ', may_be_exact)), error)
                 return

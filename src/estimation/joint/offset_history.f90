@@ -15,7 +15,8 @@ module gracecg_estimation_offset_history
     use gracecg_base_increasing_numbers, only: last_not_after
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_random, only: random_stream_t, new_stream
-    use gracecg_base_statistics, only: chi_square_tail
+    use gracecg_base_statistics, only: chi_square_tail, order_of
+    use gracecg_base_vectors, only: identity
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, utc_text
     use gracecg_estimation_information, only: information_t, information_of, no_information, squares_of
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
@@ -209,9 +210,8 @@ contains
         type(node_t), allocatable, intent(out) :: nodes(:)
 
         type(node_t), allocatable :: unsorted(:)
-        logical, allocatable :: left(:)
         real(dp) :: t
-        integer :: i, k, n
+        integer :: i, n
 
         n = ceiling(length/step)
         allocate (unsorted(0))
@@ -221,13 +221,7 @@ contains
         end do
         unsorted = [unsorted, [(node_t(seconds_between(start, offsets(i)%time), calibration=i), i=1, size(offsets))], &
                     [(node_t(min(i*step, length)), i=1, n)]]
-        allocate (nodes(size(unsorted)), left(size(unsorted)))
-        left = .true.
-        do i = 1, size(nodes)
-            k = minloc(unsorted%t, 1, left)     ! the first of equal times
-            nodes(i) = unsorted(k)
-            left(k) = .false.
-        end do
+        nodes = unsorted(order_of(unsorted%t))
     end subroutine lay_out
 
     !> The points of the history. The first node is a calibration.
@@ -350,10 +344,10 @@ contains
         type(offset_history_t), intent(inout) :: history    !! With the likeliest jump
         type(error_t), allocatable, intent(out) :: error
 
-        real(dp), parameter :: UNIT = 10e-6_dp      ! m: of the change over all
+        real(dp), parameter :: UNIT_CHANGE = 10e-6_dp   ! m: of the change over all
         integer, parameter :: FEWEST = 4            ! Calibrations: of three a drift is a jump
         type(movement_t) :: drift
-        real(dp) :: matrix(3, 3), covariance(3, 3), rhs(3), alone(3), length, condition
+        real(dp) :: unit(3, 3), matrix(3, 3), covariance(3, 3), rhs(3), alone(3), length, condition
         integer :: i, k
 
         if (size(offsets) < FEWEST) then
@@ -361,14 +355,15 @@ contains
             return
         end if
         length = maxval(nodes%t, mask=nodes%calibration > 0)
+        unit = UNIT_CHANGE*identity(3)
         do i = 1, 3
-            alone(i) = without(unit_change(i))
-            rhs(i) = (without(-unit_change(i)) - alone(i))/4
+            alone(i) = without(unit(:, i))
+            rhs(i) = (without(-unit(:, i)) - alone(i))/4
             matrix(i, i) = alone(i) + 2*rhs(i) - history%statistic
         end do
         do i = 1, 3
             do k = 1, i - 1
-                matrix(i, k) = (without(unit_change(i) + unit_change(k)) - alone(i) - alone(k) + history%statistic)/2
+                matrix(i, k) = (without(unit(:, i) + unit(:, k)) - alone(i) - alone(k) + history%statistic)/2
                 matrix(k, i) = matrix(i, k)
             end do
         end do
@@ -379,20 +374,12 @@ contains
         drift%from = start
         drift%to = utc_plus(start, length)
         drift%gain = dot_product(drift%change, rhs)
-        drift%change = UNIT*drift%change
-        drift%sigma = UNIT*sqrt([(covariance(i, i), i=1, 3)])
+        drift%change = UNIT_CHANGE*drift%change
+        drift%sigma = UNIT_CHANGE*sqrt([(covariance(i, i), i=1, 3)])
         drift%probability = chi_square_tail(drift%gain, 3)
         history%movement = likelier_movement(history%movement, drift)
 
     contains
-
-        pure function unit_change(axis) result(change)
-            integer, intent(in) :: axis
-            real(dp) :: change(3)
-
-            change = 0
-            change(axis) = UNIT
-        end function unit_change
 
         !> What is not expected of the offsets less a drift.
         real(dp) function without(change) result(statistic)

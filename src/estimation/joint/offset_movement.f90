@@ -17,6 +17,7 @@ module gracecg_estimation_offset_movement
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_statistics, only: chi_square_tail
     use gracecg_base_text, only: rounded_text
+    use gracecg_base_vectors, only: identity
     use gracecg_environment_time, only: utc_t, seconds_between, utc_text
     use gracecg_estimation_information, only: information_t, gathered
     implicit none
@@ -111,10 +112,7 @@ contains
             end if
             change%gain = dot_product(rhs, change%change)
             change%sigma = sqrt([(inverse(j, j), j=1, 3)])
-            rest = -taken(:3, :)
-            do j = 1, 3
-                rest(j, j) = rest(j, j) + 1
-            end do
+            rest = identity(3) - taken(:3, :)
             change%offset = at(:3) + value(:3) + matmul(rest, change%change)
             change%covariance = covariance(:3, :3) + matmul(rest, matmul(inverse, transpose(rest)))
         end subroutine look

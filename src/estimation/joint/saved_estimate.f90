@@ -5,7 +5,7 @@ module gracecg_estimation_saved_estimate
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_environment_time, only: utc_of_gps, utc_t, parse_utc
     use gracecg_files_json, only: read_json_file, read_json_numbers, read_json_text
-    use gracecg_estimation_offset_change, only: read_offset_rows
+    use gracecg_estimation_offset_change, only: offset_change_t, read_offset_rows
     implicit none
     private
     public :: dated_offset_t, read_offsets
@@ -145,18 +145,17 @@ contains
         type(dated_offset_t), allocatable, intent(out) :: offsets(:)
         type(error_t), allocatable, intent(out) :: error
 
-        type(utc_t), allocatable :: time(:)
-        real(dp), allocatable :: values(:, :), sigma(:, :)
+        type(offset_change_t), allocatable :: rows(:)
         integer :: i, axis
 
-        call read_offset_rows(path, .false., time, values, sigma, error)
+        call read_offset_rows(path, .false., rows, error)
         if (allocated(error)) return
-        allocate (offsets(size(time)))
-        do i = 1, size(time)
-            offsets(i)%time = time(i)
-            offsets(i)%offset = values(:, i)
+        allocate (offsets(size(rows)))
+        do i = 1, size(rows)
+            offsets(i)%time = rows(i)%time
+            offsets(i)%offset = rows(i)%change
             do axis = 1, 3
-                offsets(i)%covariance(axis, axis) = sigma(axis, i)**2
+                offsets(i)%covariance(axis, axis) = rows(i)%sigma(axis)**2
             end do
         end do
     end subroutine read_csv_offsets

@@ -173,8 +173,11 @@ contains
                 other = findloc([(are_alike(spectra(axis), spectra(other)) .and. all(counted .eqv. whiteners(other)%used), &
                                   other=1, axis - 1)], .true., 1)
                 if (other > 0) then
-                    whiteners(axis) = whiteners(other)
-                    call change_level(spectra(axis)%level/spectra(other)%level, whiteners(axis))
+                    whiteners(axis) = whiteners(other)      ! of noise of another level: the gains are the same
+                    associate (mine => whiteners(axis), factor => spectra(axis)%level/spectra(other)%level)
+                        mine%inverse_deviation = mine%inverse_deviation/sqrt(factor)
+                        mine%log_determinant = mine%log_determinant + mine%kept*log(factor)
+                    end associate
                     cycle
                 end if
                 noise = coloured_noise(spectra(axis), interval, error)
@@ -184,15 +187,6 @@ contains
             if (allocated(error)) return
         end do
     end subroutine accelerometer_whiteners
-
-    !> The whitener of noise of another level: the gains are the same.
-    pure subroutine change_level(factor, whitener)
-        real(dp), intent(in) :: factor                  !! Of the spectrum
-        type(whitener_t), intent(inout) :: whitener
-
-        whitener%inverse_deviation = whitener%inverse_deviation/sqrt(factor)
-        whitener%log_determinant = whitener%log_determinant + whitener%kept*log(factor)
-    end subroutine change_level
 
     !> Whitened bias and drift, made orthonormal (Gram-Schmidt, twice for the rounding).
     subroutine orthonormal_line(epoch, whitener)
@@ -323,71 +317,69 @@ contains
         logical, intent(in) :: kept(:)                  !! (samples)
         type(process_filter_t), intent(inout) :: filter
 
+        real(dp), dimension(process%n, size(epoch)) :: gain, below, on, above
+        real(dp) :: inverse_deviation(size(epoch))
+        real(dp), dimension(process%n, process%n) :: covariance, noise, both
+        real(dp), dimension(process%n) :: across, phi_below, phi_on, phi_above, under, over
+        real(dp) :: variance
+        logical :: coupled(process%n)
+        integer :: i, j, k, n
+
+        n = process%n
+        phi_below = 0
+        phi_above = 0
+        do j = 1, n         ! the three diagonals of the transition
+            phi_on(j) = process%transition(j, j)
+            if (j > 1) phi_below(j) = process%transition(j, j - 1)
+            if (j < n) phi_above(j) = process%transition(j, j + 1)
+        end do
+        coupled = abs(phi_below) > 0 .or. abs(phi_above) > 0
+        coupled = coupled .or. eoshift(abs(phi_below) > 0, 1) .or. eoshift(abs(phi_above) > 0, -1)
+        do j = 1, n
+            both(:, j) = phi_on*phi_on(j)
+        end do
+        noise = process%noise
+        covariance = process%covariance
+        filter%log_variance = 0
+        do i = 1, size(epoch)
+            across = 0
+            do j = 1, n
+                if (abs(process%output(j)) > 0) across = across + process%output(j)*covariance(:, j)
+            end do
+            variance = 1 + dot_product(process%output, across)
+            inverse_deviation(i) = 1/sqrt(variance)
+            gain(:, i) = across/variance
+            if (kept(i)) then
+                filter%log_variance = filter%log_variance + log(variance)
+                do j = 1, n
+                    covariance(:, j) = covariance(:, j) - gain(j, i)*across
+                end do
+            end if
+            below(:, i) = phi_below
+            on(:, i) = phi_on
+            above(:, i) = phi_above
+            if (i == size(epoch)) exit
+            do k = epoch(i) + 1, epoch(i + 1)
+                call carry_covariance(n, phi_below, phi_on, phi_above, both, noise, coupled, covariance)
+                if (k == epoch(i) + 1) cycle
+                ! of two coupled states j, j + 1: a product of two matrices of two rows
+                under = below(:, i)
+                over = above(:, i)
+                below(:, i) = phi_on*under + phi_below*eoshift(on(:, i), -1)
+                above(:, i) = phi_on*over + phi_above*eoshift(on(:, i), 1)
+                on(:, i) = phi_on*on(:, i) + phi_below*eoshift(over, -1) + phi_above*eoshift(under, 1)
+            end do
+        end do
         filter%process = process
         filter%epoch = epoch
         filter%kept = kept
-        call find_gains(process%n, filter)
-    end subroutine prepare_filter
-
-    !> The gains of a filter, n states.
-    pure subroutine find_gains(n, filter)
-        integer, intent(in) :: n
-        type(process_filter_t), intent(inout) :: filter
-
-        real(dp), dimension(n, size(filter%epoch)) :: gain, below, on, above
-        real(dp) :: inverse_deviation(size(filter%epoch))
-        real(dp) :: covariance(n, n), noise(n, n), both(n, n), across(n), variance
-        real(dp) :: phi_below(n), phi_on(n), phi_above(n), under(n), over(n)
-        logical :: coupled(n)
-        integer :: i, j, k
-
-        associate (process => filter%process, epoch => filter%epoch, kept => filter%kept)
-            call diagonals(n, process%transition, phi_below, phi_on, phi_above)
-            coupled = abs(phi_below) > 0 .or. abs(phi_above) > 0
-            coupled = coupled .or. eoshift(abs(phi_below) > 0, 1) .or. eoshift(abs(phi_above) > 0, -1)
-            do j = 1, n
-                both(:, j) = phi_on*phi_on(j)
-            end do
-            noise = process%noise
-            covariance = process%covariance
-            filter%log_variance = 0
-            do i = 1, size(epoch)
-                across = 0
-                do j = 1, n
-                    if (abs(process%output(j)) > 0) across = across + process%output(j)*covariance(:, j)
-                end do
-                variance = 1 + dot_product(process%output, across)
-                inverse_deviation(i) = 1/sqrt(variance)
-                gain(:, i) = across/variance
-                if (kept(i)) then
-                    filter%log_variance = filter%log_variance + log(variance)
-                    do j = 1, n
-                        covariance(:, j) = covariance(:, j) - gain(j, i)*across
-                    end do
-                end if
-                below(:, i) = phi_below
-                on(:, i) = phi_on
-                above(:, i) = phi_above
-                if (i == size(epoch)) exit
-                do k = epoch(i) + 1, epoch(i + 1)
-                    call carry_covariance(n, phi_below, phi_on, phi_above, both, noise, coupled, covariance)
-                    if (k == epoch(i) + 1) cycle
-                    ! of two coupled states j, j + 1: a product of two matrices of two rows
-                    under = below(:, i)
-                    over = above(:, i)
-                    below(:, i) = phi_on*under + phi_below*eoshift(on(:, i), -1)
-                    above(:, i) = phi_on*over + phi_above*eoshift(on(:, i), 1)
-                    on(:, i) = phi_on*on(:, i) + phi_below*eoshift(over, -1) + phi_above*eoshift(under, 1)
-                end do
-            end do
-        end associate
         filter%gain = gain
         filter%inverse_deviation = inverse_deviation
         filter%below = below
         filter%on = on
         filter%above = above
         filter%paired = abs(phi_above) > 0 .or. eoshift(abs(phi_below) > 0, 1)
-    end subroutine find_gains
+    end subroutine prepare_filter
 
     !> Phi P Phi^T + Q in place of P. What is not coupled takes one product an element.
     pure subroutine carry_covariance(n, below, on, above, both, noise, coupled, p)
@@ -434,23 +426,6 @@ contains
         call lanes_filter(nonzero_rows(series), self%kept, predicted, self%process%output, self%gain, self%inverse_deviation, &
                           self%on, series, self%paired, self%below, self%above)
     end subroutine whiten_by_filter
-
-    !> The three diagonals of a transition matrix.
-    pure subroutine diagonals(n, phi, below, on, above)
-        integer, intent(in) :: n
-        real(dp), intent(in) :: phi(n, n)
-        real(dp), intent(out) :: below(n), on(n), above(n)
-
-        integer :: j
-
-        below = 0
-        above = 0
-        do j = 1, n
-            on(j) = phi(j, j)
-            if (j > 1) below(j) = phi(j, j - 1)
-            if (j < n) above(j) = phi(j, j + 1)
-        end do
-    end subroutine diagonals
 
     !> The numbers of those rows that are not zero throughout.
     pure function nonzero_rows(a) result(places)

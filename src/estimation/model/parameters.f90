@@ -7,12 +7,14 @@ module gracecg_estimation_parameters
     use gracecg_estimation_run_information, only: JOINED_COUNT
     implicit none
     private
-    public :: ALWAYS_ESTIMATED, JOINED, a_priori_sigmas, conceivable_errors, feels_lift
+    public :: ALWAYS_ESTIMATED, JOINED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift
 
     integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
     !> Parameters that several runs can have in common: the offset first, then by SHARED_GROUPS
     integer, parameter :: JOINED(JOINED_COUNT) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]
+    integer, parameter :: OF_STATE(15) = [OFFSET, DRIFT, BIAS, RATE, ATTITUDE_ANGLES]
+    !! Those of the solution's state, in its order
     real(dp), parameter :: USUAL_ARC = 60           !! Of the cases of CSR-TM-00-01, s
     real(dp), parameter :: USUAL_BEND = 5e-11_dp
     !! Standard deviation of each of FORCE_BENDS, m/s^2. Fitted, as USUAL_SIDE_FORCE is, to the six cases of CSR-TM-00-01:

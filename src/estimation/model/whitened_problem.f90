@@ -150,7 +150,8 @@ contains
         integer, intent(in) :: estimated(:)             !! Parameters, see gracecg_estimation_parameters
         type(whitened_problem_t), intent(out) :: problem
 
-        integer :: n
+        real(dp) :: sigma(PARAMETERS)
+        integer :: i, n
 
         call prepare_model(knowledge, data, estimated, problem%model)
         if (options%optimal%density_wave == WAVE_GIVEN) &
@@ -159,8 +160,10 @@ contains
         problem%state = initial_state(data, options)
         problem%names = parameter_names(estimated)
         problem%scales = typical_sizes(estimated, knowledge%duration)
-        call take_prior(knowledge, estimated, problem)
         n = size(estimated)
+        sigma = a_priori_sigmas(knowledge)
+        problem%known = pack([(i, i=1, n)], sigma(estimated) > 0)
+        problem%known_sigma = sigma(estimated(problem%known))
         associate (stars => size(data%stars%time), samples => size(data%accelerometer_epoch))
             problem%star_rows = 3*stars
             problem%acceleration_rows = 3*samples
@@ -192,16 +195,13 @@ contains
         type(whitened_problem_t), intent(out) :: other
 
         type(fitting_data_t) :: data
+        type(fit_point_t) :: point
 
         data = problem%data
-        call prepare_calibration(knowledge, options, data, estimated, other)
+        point = point_of(problem)
+        point%estimated = estimated
+        call problem_at(knowledge, options, data, point, other)
         other%data%warnings = problem%data%warnings     ! said already
-        other%model%wave_frequency = problem%model%wave_frequency
-        other%model%jump = problem%model%jump
-        other%state = problem%state
-        other%noise = problem%noise
-        other%star_kept = problem%star_kept
-        other%acceleration_kept = problem%acceleration_kept
         other%whiteners = problem%whiteners
         other%channel_whiteners = problem%channel_whiteners
         other%whitened_noise = problem%whitened_noise
@@ -248,20 +248,6 @@ contains
         end do
     end subroutine problem_at
 
-    !> A-priori knowledge of the estimated parameters, where there is any.
-    pure subroutine take_prior(knowledge, estimated, problem)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        integer, intent(in) :: estimated(:)
-        type(whitened_problem_t), intent(inout) :: problem
-
-        real(dp) :: sigma(PARAMETERS)
-        integer :: i
-
-        sigma = a_priori_sigmas(knowledge)
-        problem%known = pack([(i, i=1, size(estimated))], sigma(estimated) > 0)
-        problem%known_sigma = sigma(estimated(problem%known))
-    end subroutine take_prior
-
     !> Prepares the whitening with problem%noise and of the samples kept. Fails when a level is not
     !> positive.
     subroutine set_noise(problem, error)
@@ -304,7 +290,7 @@ contains
         real(dp), intent(out) :: residuals(:), weights(:)
         type(error_t), allocatable, intent(out) :: error
 
-        integer :: axis, first
+        integer :: axis, first, i
 
         weights = 1
         partials = 0
@@ -318,7 +304,9 @@ contains
             end associate
         end do
         call linearise_channels(self, partials)
-        call know_beforehand(self, partials)
+        do i = 1, size(self%known)
+            partials(self%known(i), self%sample_rows() + i) = 1/self%known_sigma(i)
+        end do
         call whiten_residuals(self, self%trajectory, residuals)
     end subroutine linearise_calibration
 
@@ -394,21 +382,6 @@ contains
 
         sigma = merge(self%second_head_sigma, self%star_camera_sigma, head == 2 .and. self%second_head_sigma > 0)
     end function of_head
-
-    !> The rows of what is known beforehand.
-    pure subroutine know_beforehand(self, partials)
-        class(whitened_problem_t), intent(in) :: self
-        real(dp), intent(inout) :: partials(:, :)
-
-        integer :: i
-
-        associate (first => self%sample_rows())
-            partials(:, first + 1:) = 0
-            do i = 1, size(self%known)
-                partials(self%known(i), first + i) = 1/self%known_sigma(i)
-            end do
-        end associate
-    end subroutine know_beforehand
 
     !> Residuals at the problem's state, whose rotation is integrated without partials.
     subroutine compare_calibration(self, residuals)

@@ -142,26 +142,21 @@ contains
         type(autoregression_t), intent(in) :: linear(3), angular(3)     !! That of all arcs
         type(whitened_problem_t), intent(inout) :: problem
 
+        type(autoregression_t) :: model         ! of the same spectrum, so many times larger
         integer :: axis
 
         do axis = 1, 3
             associate (kept => problem%acceleration_kept(axis, :))
-                call autoregressive_whitener(risen(linear(axis), excess(axis)), kept, problem%whiteners(axis))
-                if (problem%channel_rows > 0) call autoregressive_whitener(risen(angular(axis), excess(3 + axis)), kept, &
-                                                                           problem%channel_whiteners(axis))
+                model = linear(axis)
+                model%deviation = excess(axis)*model%deviation
+                call autoregressive_whitener(model, kept, problem%whiteners(axis))
+                if (problem%channel_rows == 0) cycle
+                model = angular(axis)
+                model%deviation = excess(3 + axis)*model%deviation
+                call autoregressive_whitener(model, kept, problem%channel_whiteners(axis))
             end associate
         end do
     end subroutine take_noise
-
-    !> Noise of the same spectrum, so many times larger.
-    pure function risen(model, times) result(larger)
-        type(autoregression_t), intent(in) :: model
-        real(dp), intent(in) :: times
-        type(autoregression_t) :: larger
-
-        larger = model
-        larger%deviation = times*model%deviation
-    end function risen
 
     !> Which arcs are disturbed: their noise is so much larger than that of most that they would take weight from the others. They
     !> count by their own.

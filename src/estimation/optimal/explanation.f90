@@ -12,6 +12,7 @@
 module gracecg_estimation_explanation
     use gracecg_base_kinds, only: dp
     use gracecg_base_error, only: error_t
+    use gracecg_base_statistics, only: order_of
     use gracecg_observations_arc_of_run, only: arc_of_run, without_moments
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t, WAVE_GIVEN, WAVE_SEARCHED
@@ -120,7 +121,7 @@ contains
         end if
         call try_relatives(search)
         associate (found => search%found)
-            explanations = found(by_gain(found%gain))
+            explanations = found(order_of(-found%gain))
         end associate
         if (size(explanations) > 0) explanations = pack(explanations, explanations%gain > explanations(1)%gain - SAME .and. &
                                                                       explanations%gain > 0)
@@ -172,21 +173,6 @@ contains
         search%coarse%optimal%density_wave_period = 1/fitted%wave_frequency
     end subroutine begin_search
 
-    !> Places of numbers, the largest first.
-    pure function by_gain(gain) result(order)
-        real(dp), intent(in) :: gain(:)
-        integer :: order(size(gain))
-
-        logical :: left(size(gain))
-        integer :: i
-
-        left = .true.
-        do i = 1, size(gain)
-            order(i) = maxloc(gain, 1, left)
-            left(order(i)) = .false.
-        end do
-    end function by_gain
-
     !> Hypotheses that are the most likely in the beginning of an arc, fitted to the whole. Those that are tried
     !> already are left out.
     subroutine search_part(length, search)
@@ -212,7 +198,7 @@ contains
         end if
         call try_far_values(part)
         call try_alterations(part)
-        order = by_gain(part%found%gain)
+        order = order_of(-part%found%gain)
         do i = 1, min(SHORTLIST, size(order))
             associate (one => part%found(order(i)))
                 if (any(search%found%kind == one%kind .and. search%found%place == one%place)) cycle
@@ -234,7 +220,7 @@ contains
         integer, allocatable :: order(:)
         integer :: i
 
-        order = by_gain(abs(fitted%values%fair))
+        order = order_of(-abs(fitted%values%fair))
         do i = 1, min(MOST_CANDIDATES, size(order))
             associate (test => fitted%values(order(i)))
                 if (test%state /= CONTRADICTED) exit
@@ -389,7 +375,7 @@ contains
             call apply_alteration(i, other)
             left(i) = coarse_misfit(other, search%coarse)
         end do
-        order = by_gain(-left)
+        order = order_of(left)
         do i = 1, SHORTLIST
             if (left(order(i)) > HOPELESS*left(order(1))) exit
             call try_alteration(order(i), search)

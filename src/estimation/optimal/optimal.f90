@@ -12,6 +12,7 @@ module gracecg_estimation_optimal
     use gracecg_estimation_options, only: estimation_options_t, NOISE_ESTIMATED, WAVE_SEARCHED
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_observations_parameters
+    use gracecg_estimation_parameters, only: OF_STATE
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, assumed_noise_t, prepare_calibration, &
         set_noise, estimated_parameters, with_parameters
     use gracecg_estimation_wave_search, only: density_wave_found_t, search_wave, search_level, report_wave
@@ -43,9 +44,6 @@ module gracecg_estimation_optimal
     real(dp), parameter :: MOST = 0.25_dp           !! Part of a series that may be left out
     !> Below what any instrument has: data without noise
     real(dp), parameter :: SMALLEST_LEVEL = 1e-30_dp, SMALLEST_ANGLE = 1e-10_dp
-
-    !> The parameters of the solution's state, in its order
-    integer, parameter :: OF_STATE(15) = [OFFSET, DRIFT, BIAS, RATE, ATTITUDE_ANGLES]
 
     !> A fit that has settled.
     type :: fit_t
@@ -152,16 +150,15 @@ contains
                 call fit_best(observations%knowledge, options, coarse, start, fit, solution, error)
             end if
         end if
-        if (allocated(error)) then
-            call add_context(error, 'optimal')
-            return
-        end if
+        call add_context(error, 'optimal')
+        if (allocated(error)) return
         call store(fit%problem, fit%batch, solution)
         if (present(record)) call record_fit(fit%problem, fit%batch, record)
         call report_edited(fit%problem%data, fit%problem%acceleration_kept, fit%problem%star_kept, LIMIT, MOST, &
                            solution%edited, solution%warnings, error)
-        if (.not. allocated(error) .and. .not. fit%noise_estimated) &
-            solution%misfit = misfit_of(observations%knowledge, fit)
+        if (.not. allocated(error) .and. .not. fit%noise_estimated) &       ! and what the fit does not look at
+            solution%misfit = sum(fit%batch%residuals**2) + LIMIT**2*sum(solution%edited) + &
+                              sum(side_scores(observations%knowledge, fit%problem%data)**2)
         if (.not. allocated(error) .and. options%covariance .and. options%test_beliefs) then
             allocate (solution%beliefs)
             call test_beliefs(observations%knowledge, options, fit%problem, solution%beliefs, error)
@@ -292,7 +289,7 @@ contains
 
         type(newton_settings_t) :: settings
         logical :: unknown_level(3), unknown_angle(3), changed
-        integer :: round
+        integer :: round, i
 
         call find_unknown(knowledge, options, fit%problem%noise, unknown_level, unknown_angle)
         fit%noise_estimated = any(unknown_level) .or. any(unknown_angle)
@@ -304,7 +301,9 @@ contains
             call set_noise(fit%problem, error)
             if (.not. allocated(error)) call simplified_newton(fit%problem, settings, fit%batch, error)
             if (allocated(error)) return
-            if (options%history) call keep_history(fit)
+            do i = 1, merge(size(fit%batch%history), 0, options%history)
+                call append_iteration(fit%history, fit%batch%history(i), fit%batch%history(i)%fit)
+            end do
             fit%iterations = fit%iterations + fit%batch%iterations
             call refresh_residuals(fit%batch, fit%problem)
             if (once) exit
@@ -317,17 +316,6 @@ contains
         end do
         fit%converged = fit%batch%converged .and. round <= MOST_ROUNDS
     end subroutine settle
-
-    !> The iterations of this round behind those of the rounds before.
-    subroutine keep_history(fit)
-        type(fit_t), intent(inout) :: fit
-
-        integer :: i
-
-        do i = 1, size(fit%batch%history)
-            call append_iteration(fit%history, fit%batch%history(i), fit%batch%history(i)%fit)
-        end do
-    end subroutine keep_history
 
     !> Leaves out what is too far from the fit: of the accelerometer by the innovation of the whitening filter,
     !> which a spike moves by its whole size; of the star camera by the length of the three angles in units of
@@ -493,16 +481,6 @@ contains
                      (problem%observations - problem%sample_rows()) - size(problem%model%estimated)
         solution%variance_factor = sum(batch%residuals**2)/max(1, redundancy)
     end subroutine store
-
-    !> Weighted squares, a sample left out counted as if it lay at the limit, and what the fit does not look at.
-    pure real(dp) function misfit_of(knowledge, fit) result(misfit)
-        type(operator_knowledge_t), intent(in) :: knowledge
-        type(fit_t), intent(in) :: fit
-
-        misfit = sum(fit%batch%residuals**2) + LIMIT**2*(count(.not. fit%problem%acceleration_kept) + &
-                                                         count(.not. fit%problem%star_kept))
-        misfit = misfit + sum(side_scores(knowledge, fit%problem%data)**2)
-    end function misfit_of
 
     !> Whether noise and torque are what the setup says: warnings, or an error.
     subroutine check_fit(knowledge, problem, solution, error, record)

@@ -63,10 +63,8 @@ contains
         allocate (weights(m), source=1.0_dp)        ! of whitened rows
         do iteration = 1, settings%most_iterations
             call find_step()
-            if (allocated(error)) then
-                call add_context(error, 'iteration '//number_text(real(iteration, dp)))
-                return
-            end if
+            call add_context(error, 'iteration '//number_text(real(iteration, dp)))
+            if (allocated(error)) return
             call correct_and_note(problem, residuals, settings%history, correction, solution%history)
             solution%iterations = iteration
             call judge_step(in_sigmas(correction), settings, progress, solution%converged)

@@ -62,10 +62,8 @@ contains
 
             ! (A) "Solve Norm Equations for x^(t0) = [sum Hi^T Wi Hi]^-1 [sum Hi^T Wi yi]"
             call solve_normal_equations(hwh, hwy, x, solution%inverse, solution%condition, error, problem%names)
-            if (allocated(error)) then
-                call add_context(error, 'iteration '//number_text(real(iteration, dp)))
-                return
-            end if
+            call add_context(error, 'iteration '//number_text(real(iteration, dp)))
+            if (allocated(error)) return
 
             ! "Update X^(t0) = X*(t0) + x^(t0)"
             call correct_and_note(problem, y, settings%history, x, solution%history)

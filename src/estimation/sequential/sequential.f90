@@ -17,10 +17,10 @@ module gracecg_estimation_sequential
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters, only: PARAMETERS, OFFSET, FORCE_SHAPES, LIFT, loose_sigmas, parameter_names, &
-        parameter_units, TORQUE, DRIFT, BIAS, RATE, ATTITUDE_ANGLES
+        parameter_units, TORQUE, DRIFT, BIAS, RATE
     use gracecg_estimation_options, only: estimation_options_t, sequential_options_t, ADAPTIVE, STRAIGHT_LINE
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
-    use gracecg_estimation_parameters, only: a_priori_sigmas, feels_lift
+    use gracecg_estimation_parameters, only: a_priori_sigmas, feels_lift, OF_STATE
     use gracecg_estimation_physical_model, only: prepare_model, initial_state, airflow_at, model_state_t, correct_state
     use gracecg_estimation_square_root_information, only: constants_t
     use gracecg_estimation_noise_whitening, only: prepare_filter
@@ -51,8 +51,6 @@ module gracecg_estimation_sequential
     !> Medians of chi-square variables with 1 and 3 degrees of freedom
     real(dp), parameter :: MEDIAN_1 = 0.4549_dp, MEDIAN_3 = 2.3660_dp
 
-    !> The parameters of the solution's state, in its order
-    integer, parameter :: OF_STATE(15) = [OFFSET, DRIFT, BIAS, RATE, ATTITUDE_ANGLES]
     real(dp), parameter :: UNDETERMINED = 0.3_dp    !! A sigma of the offset that the data did not make, m
 
     !> What the filter made of the samples.
@@ -81,15 +79,16 @@ contains
         type(calibration_filter_t) :: problem
         type(disturbances_t) :: disturbances
         type(filtered_t) :: filtered
-        integer :: round, iterations
+        integer :: round, iterations, axis
         logical :: changed
 
         solution%algorithm = 'sequential'
         call begin(observations, options, problem, error)
         if (.not. allocated(error)) call fit_attitude(problem, error)
         if (allocated(error)) return
-        call screen_accelerations(problem)
-        solution%iterations = 0
+        do axis = 1, 3
+            problem%kept(:, axis) = .not. is_spike(problem%acceleration(N_CONSTANTS + 1, :, axis), 1.0_dp, SPIKE_LIMIT)
+        end do
         do round = 1, MOST_EDITING_ROUNDS
             call fit(options%sequential, problem, disturbances, filtered, iterations, solution%converged, error)
             if (allocated(error)) return
@@ -223,17 +222,6 @@ contains
         end do
         if (count(problem%star_kept) < 3) problem%star_kept = .true.
     end subroutine screen_stars
-
-    !> The same of the accelerometer.
-    subroutine screen_accelerations(problem)
-        class(filter_problem_t), intent(inout) :: problem
-
-        integer :: axis
-
-        do axis = 1, 3
-            problem%kept(:, axis) = .not. is_spike(problem%acceleration(N_CONSTANTS + 1, :, axis), 1.0_dp, SPIKE_LIMIT)
-        end do
-    end subroutine screen_accelerations
 
     !> The largest correction of the first parameters of the model in units of their standard deviations.
     pure real(dp) function corrections_in_sigmas(constants, correction, n) result(largest)

@@ -106,28 +106,21 @@ contains
         call diagnose_covariance(solution%covariance, record, diagnostics, error)
         if (allocated(error)) return
         do axis = 1, 3
-            if (known(axis)) then
-                diagnostics%information(:, :, axis) = &
-                    information_by_axis(record%epoch, record%partials(axis, :, :), whitener(axis))
-            else        ! white noise as large as the residuals
-                diagnostics%information(:, :, axis) = &
-                    information_by_axis(record%epoch, record%partials(axis, :, :)/ &
-                                                      max(solution%residual_rms(axis), tiny(1.0_dp)))
-            end if
-        end do
-        call share_information(diagnostics)
-        do axis = 1, 3
             call diagnose_spectrum(axis, record, noise(axis), known(axis), diagnostics)
-            associate (diagnosis => diagnostics%residuals(axis), series => record%residual(axis, :))
+            associate (diagnosis => diagnostics%residuals(axis), series => record%residual(axis, :), &
+                       information => diagnostics%information(:, :, axis), partials => record%partials(axis, :, :))
                 if (known(axis)) then
+                    information = information_by_axis(record%epoch, partials, whitener(axis))
                     diagnosis = diagnose_residuals(record%epoch, record%interval, series, noise(axis), whitener(axis))
                     call find_peak(diagnostics%frequency, diagnostics%density(axis, :), &
                                    diagnostics%expected_density(axis, :), diagnosis)
-                else
+                else        ! white noise as large as the residuals
+                    information = information_by_axis(record%epoch, partials/max(solution%residual_rms(axis), tiny(1.0_dp)))
                     diagnosis = diagnose_residuals(record%epoch, record%interval, series, noise(axis))
                 end if
             end associate
         end do
+        call share_information(diagnostics)
     end subroutine diagnose
 
     !> Sigmas, ellipsoid, correlations and shares of the sources.

@@ -23,8 +23,8 @@ module gracecg_studies_estimate_statements
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe_without_noise, error_switches_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
     use gracecg_planning_calibration, only: calibration_t, find_calibration
-    use gracecg_studies_examination, only: examination_t, statement_row_t, in_part, mm_text, range_text, plain_text, &
-        HOLDS, HOLDS_IN_PART, HOLDS_NOT, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
+    use gracecg_studies_examination, only: examination_t, statement_row_t, mm_text, range_text, plain_text, &
+        COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
     implicit none
     private
     public :: examine_weights, examine_accuracy, examine_curved_force, examine_condition, examine_two_steps, examine_stars
@@ -52,7 +52,6 @@ contains
         character(12), parameter :: ACC_TEXT(3) = [character(12) :: '1 1 1', '100 1 100', '0.1 100 1']
         type(calibration_t) :: calibration, changed
         real(dp) :: change, range
-        logical :: by_camera, by_accelerometer
         integer :: i, n
 
         call expect_pieces(progress, (size(STAR) + size(ACC_TEXT))*work%runs, 'runs')
@@ -73,14 +72,10 @@ contains
             change = maxval([(abs(rows(i)%predicted/rows(1)%predicted - 1), i=2, n - 1)])
             range = maxval([(rows(i)%predicted/rows(1)%predicted, i=n + 1, size(rows))])
         end associate
-        by_camera = change >= NO_CHANGE
-        by_accelerometer = range > DEPENDENCE
-        work%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, by_camera .or. by_accelerometer), &
-                             by_camera .and. by_accelerometer)
-        work%found = trim(in_part(work%verdict, pick_text(by_camera, 'star camera', 'accelerometer')))// &
-            ' the accelerometer''s weights change the errors by a factor of up to '//trim(plain_text(range, '(f10.1)'))// &
+        call work%conclude_halves([change >= NO_CHANGE, range > DEPENDENCE], [character(13) :: 'star camera', 'accelerometer'], &
+            'the accelerometer''s weights change the errors by a factor of up to '//trim(plain_text(range, '(f10.1)'))// &
             '; that of the star camera, from '//trim(STAR_TEXT(1))//' down to '//trim(STAR_TEXT(n - 1))//', by '// &
-            trim(plain_text(change, '(es9.1)'))//' of them at most.'
+            trim(plain_text(change, '(es9.1)'))//' of them at most.')
     end subroutine examine_weights
 
     !> The accuracy of section 7.1(3) in the best case of each axis.
@@ -329,7 +324,7 @@ contains
         type(examination_t), intent(inout) :: work
 
         real(dp) :: first(3, size(work%rows)/2), best(3, size(work%rows)/2)     ! Sigmas of the camera
-        logical :: so_many, better
+        logical :: so_many
         integer :: i
 
         do i = 1, size(first, 2)
@@ -337,12 +332,10 @@ contains
             best(:, i) = work%rows(2*i)%camera_sigma
         end do
         so_many = abs(mean/STARS_OF_REPORT - 1) <= ROUGHLY .and. range(1) >= STARS_AT_LEAST
-        better = all(best(3, :) < first(3, :))
-        work%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, so_many .or. better), so_many .and. better)
-        work%found = trim(in_part(work%verdict, pick_text(so_many, 'number', 'choice')))//' a field has '// &
+        call work%conclude_halves([so_many, all(best(3, :) < first(3, :))], [character(6) :: 'number', 'choice'], 'a field has '// &
             trim(plain_text(mean, '(f10.1)'))//' stars on average of all attitudes, '//integer_text(range(1))//' to '// &
             integer_text(range(2))//' in the cases; with the best '//integer_text(STARS_AT_LEAST)// &
-            ' sigma about the boresight is '//trim(range_text(best(3:, :)/first(3:, :)))//' % of that with the first.'
+            ' sigma about the boresight is '//trim(range_text(best(3:, :)/first(3:, :)))//' % of that with the first.')
         work%details = 'Across the boresight it is '//trim(plain_text(100*sum(best(:2, :))/sum(first(:2, :)), '(f6.0)'))// &
             ' % on average. What the star camera''s noise does to the offset: Figure 6.5.'
     end subroutine judge_stars

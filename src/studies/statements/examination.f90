@@ -7,12 +7,11 @@ module gracecg_studies_examination
     use gracecg_base_text, only: share_text
     use gracecg_simulation_simulator, only: simulator_t, error_switches_t, new_switched_simulator
     use gracecg_planning_calibration, only: calibration_t
-    use gracecg_studies_monte_carlo, only: monte_carlo_t, run_monte_carlo, error_statistics_t, statistics_of, &
-        prediction_t, predict_errors
+    use gracecg_studies_monte_carlo, only: error_study_t, study_errors
     implicit none
     private
     public :: claim_t, statement_row_t, statement_t, examination_t
-    public :: in_part, mm_text, range_text, plain_text
+    public :: mm_text, range_text, plain_text
     public :: HOLDS, HOLDS_IN_PART, HOLDS_NOT, VERDICT_WORDS
     public :: SINGLE_ALGORITHM, COMBINED_ALGORITHM, FRONT_CASES, BEST_ACCURACY, SMALL_SHARE
 
@@ -35,12 +34,9 @@ module gracecg_studies_examination
     end type claim_t
 
     !> One setting of a statement's study.
-    type :: statement_row_t
+    type, extends(error_study_t) :: statement_row_t
         character(16) :: case_name = ''     !! Of the report, or several joined by +
         character(40) :: setting = ''       !! What is changed
-        integer :: runs = 0                 !! Of the Monte Carlo; 0: theory alone
-        real(dp) :: rms(3) = 0              !! Error of d in these runs, x, y, z, m
-        real(dp) :: predicted(3) = 0        !! By theory, m; 0: not of errors
         real(dp) :: condition = 0           !! Of a normal matrix; 0: not asked for
         real(dp) :: torque_ratio = 0        !! Rods' torque over the sum of all others, RMS; 0: not asked for
         real(dp) :: stars = 0               !! In the field of a star camera, on average; 0: not asked for
@@ -62,6 +58,7 @@ module gracecg_studies_examination
     contains
         procedure :: add_errors             !! A row of errors
         procedure :: conclude               !! Verdict and finding by counts
+        procedure :: conclude_halves        !! The same of two halves
     end type examination_t
 
 contains
@@ -78,29 +75,16 @@ contains
         type(error_switches_t) :: acting
         type(statement_row_t) :: row
         type(simulator_t) :: simulator
-        type(prediction_t) :: prediction
-        type(monte_carlo_t) :: results
-        type(error_statistics_t) :: statistics
-        integer :: i
 
         if (allocated(error)) return
         row%case_name = trim(calibration%case%name)     ! of the report: 7 letters
         row%setting = setting
-        row%runs = self%runs
         call tell(progress, trim(self%name)//', '//trim(row%case_name)//', '//setting)
         if (present(switches)) acting = switches
         call new_switched_simulator(calibration%case, acting, simulator, error)
-        if (.not. allocated(error)) call predict_errors(simulator, algorithm, calibration%options, prediction, error)
-        if (allocated(error)) return
-        row%predicted = prediction%rms
-        if (self%runs > 0) then
-            call run_monte_carlo(simulator, algorithm, calibration%options, self%seed, [(i, i=1, self%runs)], &
-                                 self%threads, results, error, progress=progress)
-            if (allocated(error)) return
-            statistics = statistics_of(results%offset/MILLIMETRE, simulator%case%satellite%offset/MILLIMETRE)
-            row%rms = statistics%rms*MILLIMETRE
-        end if
-        self%rows = [self%rows, row]
+        if (.not. allocated(error)) call study_errors(simulator, algorithm, calibration%options, self%seed, self%runs, &
+                                                      self%threads, row, error, progress)
+        if (.not. allocated(error)) self%rows = [self%rows, row]
     end subroutine add_errors
 
     !> A statement holds when all of so many things are met, and in part when some are.
@@ -121,27 +105,29 @@ contains
         end select
     end subroutine conclude
 
-    !> How the finding of a statement of two halves begins.
-    pure function in_part(verdict, half) result(text)
-        integer, intent(in) :: verdict    !! HOLDS, HOLDS_IN_PART or HOLDS_NOT
-        character(*), intent(in) :: half            !! Which holds, if one does
-        character(len(half) + 24) :: text           !! Blanks behind it, as of the texts below
+    !> A statement of two halves holds when both do, and in part when one does.
+    subroutine conclude_halves(self, holds_half, halves, found)
+        class(examination_t), intent(inout) :: self
+        logical, intent(in) :: holds_half(2)
+        character(*), intent(in) :: halves(2)       !! In words
+        character(*), intent(in) :: found           !! As of conclude
 
-        select case (verdict)
+        self%verdict = merge(HOLDS, merge(HOLDS_IN_PART, HOLDS_NOT, any(holds_half)), all(holds_half))
+        select case (self%verdict)
         case (HOLDS)
-            text = 'Holds:'
+            self%found = 'Holds: '//found
         case (HOLDS_NOT)
-            text = 'Does not hold:'
+            self%found = 'Does not hold: '//found
         case default
-            text = 'Holds for the '//half//' only:'
+            self%found = 'Holds for the '//trim(halves(findloc(holds_half, .true., 1)))//' only: '//found
         end select
-    end function in_part
+    end subroutine conclude_halves
 
     !> A number without what stands before and behind its digits.
     pure function plain_text(value, form) result(text)
         real(dp), intent(in) :: value    !! Any unit
         character(*), intent(in) :: form            !! Of Fortran, at most 16 columns
-        character(16) :: text
+        character(16) :: text               !! Blanks behind it, as of the texts below
 
         integer :: last
 
