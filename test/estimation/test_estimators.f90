@@ -496,7 +496,7 @@ contains
         call example(observations, interval=0.5_dp)
         options%guess_angular_velocity = NAN
         call estimate_offset('assest-fde', observations, options, solution, failure)
-        call check_fails(error, failure, 'NaN')
+        call check_fails(error, failure, 'guess_angular_velocity ... not a finite number')
     end subroutine test_refusals
 
     !> Measured samples of the sine give what the sine itself gives: within the interpolation's error h^4/384 of the
