@@ -139,7 +139,8 @@ gracecg_status gracecg_gravity_evaluate(const gracecg_object *gravity, size_t n,
                                         double *acceleration, double *potential, double *gradient,
                                         gracecg_error *error);
 
-/* "igrf95" (1985 to 2000), "igrf14" (1900 to 2030), or the path of an SHC file, at a date. */
+/* "igrf95" (1985 to 2000), "igrf14" (1900 to 2030, and extrapolated to 2040, after five years by some 100 nT wrong),
+   or the path of an SHC file, at a date. */
 gracecg_status gracecg_field_open(const char *name_or_file, const gracecg_utc *date, gracecg_object **field,
                                   gracecg_error *error);
 
@@ -297,7 +298,8 @@ gracecg_status gracecg_setup_from(const gracecg_object *setup_or_observations, s
 /* From arrays in memory, which are copied and checked; times in s from the setup's epoch, rising. Accelerations [][3]
    (body axes, m/s^2); quaternions [][4] of the star camera (inertial to camera, scalar last) with head 1 or 2, rising
    for each head; flux densities [][3] (body axes, T); positions [][3] (inertial, m). A count may be 0 and its arrays
-   NULL: with an orbit a field model stands in for a magnetometer. */
+   NULL: with an orbit a field model stands in for a magnetometer. Samples of further accelerometers and angular
+   channels come from files alone (gracecg_observations_open). */
 gracecg_status gracecg_observations_create(const gracecg_object *setup, size_t accelerometer_count,
                                            const double *accelerometer_time, const double *acceleration,
                                            size_t star_camera_count, const double *star_camera_time,
@@ -307,8 +309,8 @@ gracecg_status gracecg_observations_create(const gracecg_object *setup, size_t a
                                            const double *orbit_position, gracecg_object **observations,
                                            gracecg_error *error);
 
-/* From a folder as `gracecg simulate` writes it. The options are those of its file options.nml (the program takes it
-   by --options alone), else those in its setup.nml. */
+/* From a folder as `gracecg simulate` writes it. The options are those of its file options.nml, else those in its
+   setup.nml. */
 gracecg_status gracecg_observations_open(const char *folder, gracecg_object **observations, gracecg_error *error);
 
 /* Into a folder, which is made if it is not there. */
@@ -437,8 +439,9 @@ gracecg_status gracecg_estimate_chain(const gracecg_object *observations, double
 
 /* Begins an estimate that is fed sample by sample, in memory that does not grow, with a guess of attitude and angular
    velocity (rad/s, body axes) at the first sample. The drag is a straight line in time and, where wave_frequency (Hz)
-   is not 0, a wave of this frequency, known to 1 %, along the airflow. Of the setup its rods are not used. The one
-   kind of object that changes: one thread at a time may use it. */
+   is not 0, a wave of this frequency, known to 1 % (standard deviation), along the airflow. Of the setup its rods are
+   not used, but for what they bear (ten times that is refused). The one kind of object that changes: one thread at a
+   time may use it. */
 gracecg_status gracecg_live_begin(const gracecg_object *setup, const double quaternion[4],
                                   const double angular_velocity[3], double wave_frequency, gracecg_object **live,
                                   gracecg_error *error);
@@ -447,7 +450,7 @@ gracecg_status gracecg_live_begin(const gracecg_object *setup, const double quat
    beginning, middle and end (body axes, A m^2); one or no sample of accelerometer (body axes, m/s^2) and magnetometer
    (body axes, T), one or no position (inertial, m); of each star-camera head one or none: time (s, in the interval),
    head, quaternion from inertial to camera axes. Every interval is added, the first call takes what came at its end
-   alone. What is refused (GRACECG_BAD_VALUE) changes nothing. */
+   alone; it needs a field. What is refused (GRACECG_BAD_VALUE) changes nothing. */
 gracecg_status gracecg_live_add(const gracecg_object *live, double time, const double *moment, size_t accelerations,
                                 const double *acceleration, size_t fields, const double *flux_density,
                                 size_t positions, const double *position, size_t stars, const double *star_time,

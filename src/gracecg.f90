@@ -94,7 +94,7 @@ module gracecg
     ! Simulation, observation sets, estimation
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe, drawn_wave, propagate_case, &
         tell_operator, operator_of_run
-    use gracecg_observations_knowledge, only: operator_knowledge_t, a_priori_t
+    use gracecg_observations_knowledge, only: operator_knowledge_t, a_priori_t, HEADS
     use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_observations_observation_files, only: read_observations, write_observations, read_setup, &
         setup_from_text, setup_text
@@ -125,7 +125,7 @@ module gracecg
     use gracecg_planning_scan, only: map_point_t
     use gracecg_planning_candidates, only: design_settings_t
     use gracecg_planning_design, only: manoeuvre_design_t
-    use gracecg_planning_planner, only: plan_manoeuvre, map_case
+    use gracecg_planning_planner, only: plan_manoeuvre, map_case, AT_TIME, ANYWHERE, EVERYWHERE
     use gracecg_planning_next_seconds, only: next_seconds_t, begin_planning
     implicit none
     private
@@ -177,7 +177,7 @@ module gracecg
 
     public :: simulator_t, new_simulator, observe, drawn_wave, propagate_case
     public :: tell_operator, operator_of_run, operator_knowledge
-    public :: observation_set_t, operator_knowledge_t, check_observations
+    public :: observation_set_t, operator_knowledge_t, check_observations, HEADS
     public :: read_observations, write_observations, read_setup, setup_from_text, setup_text
     public :: a_priori_t, estimation_options_t, read_options, write_options, options_from_text, options_text
     public :: report_options, calibration_t, find_calibration, calibration_from_text, &
@@ -193,6 +193,6 @@ module gracecg
     public :: new_tank_series, offset_history_t, history_point_t, trace_offset
 
     public :: offset_bound_t, bound_offset, case_bound_t, bound_of_case, BOUND_SOURCES
-    public :: design_settings_t, manoeuvre_design_t, plan_manoeuvre
+    public :: design_settings_t, manoeuvre_design_t, plan_manoeuvre, AT_TIME, ANYWHERE, EVERYWHERE
     public :: map_point_t, manoeuvre_quality_t, attitude_motion_t, map_case
 end module gracecg

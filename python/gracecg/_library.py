@@ -105,6 +105,11 @@ def numbers(values: ArrayLike, *shape: int) -> NDArray[np.float64]:
     return array
 
 
+def alike(given: ArrayLike, *found: NDArray[np.float64]) -> tuple[Any, ...]:
+    """What was found of n rows; without n where one row without n was given."""
+    return tuple(one[0] for one in found) if np.ndim(given) == 1 and np.size(given) else found
+
+
 def exactly(values: ArrayLike, *shape: int) -> NDArray[np.float64]:
     """A contiguous array of one shape."""
     array = plain(values)
@@ -180,6 +185,7 @@ class Handle:
         call("get", self._handle, item.encode(), 0, ffi.NULL, count)
         array = np.empty(count[0])
         call("get", self._handle, item.encode(), count[0], pointer(array), ffi.NULL)
+        array.flags.writeable = False
         return array.reshape(shape) if shape else array
 
     def _number(self, item: str) -> float:
@@ -208,6 +214,7 @@ class Handle:
         together = np.empty(sum(known.values()))
         if known:
             call("get", self._handle, " ".join(known).encode(), len(together), pointer(together), ffi.NULL)
+        together.flags.writeable = False
         found = dict(zip(known, np.split(together, np.cumsum(list(known.values()))[:-1])))
         for item in wanted:
             name, shape = item.metadata.get("item", item.name), item.metadata.get("shape")

@@ -9,7 +9,7 @@ from typing import Any, Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import Handle, array, call, exactly, ffi, numbers, pointer, spread
+from ._library import Handle, alike, array, call, exactly, ffi, numbers, pointer, spread
 from .estimates import (Action, Array, Beliefs, Chain, Fit, FitTests, Joined, Joint, LiveEstimate, LiveOffset, Observations,
                         Options, Setup, Solution, _names, _settings, _WithOptions, algorithms, estimate_joint)
 from .models import Utc
@@ -65,8 +65,8 @@ class ForceModel(Handle):
                  ("gravity", "drag", "solar_radiation", "earth_radiation", "total")}
         speeds, attitudes = exactly(numbers(velocity, 3), n, 3), exactly(numbers(quaternion, 4), n, 4)
         call("force_model_evaluate", self._handle, n, pointer(spread(seconds, n)), pointer(where), pointer(speeds),
-             pointer(attitudes), *(pointer(array) for array in found.values()))
-        return found
+             pointer(attitudes), *map(pointer, found.values()))
+        return dict(zip(found, alike(position, *found.values())))
 
     def torques(self, seconds: float, state: ArrayLike) -> dict[str, Array]:
         """Torques (3,), N m, body axes, about the centre of mass: "aerodynamic", "solar", "gravity_gradient",
@@ -110,7 +110,7 @@ class ForceModel(Handle):
         return states
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bound:
     """The least covariance of the offset with a case's manoeuvre and noise; body axes.
 
@@ -207,7 +207,7 @@ class DesignSettings:
     threads: int = 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Design:
     """A designed manoeuvre: errors of the offset in m, body axes.
 
@@ -237,7 +237,7 @@ class Design:
     start: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Map:
     """A manoeuvre at n places of an orbit.
 
@@ -361,7 +361,7 @@ class Case(_WithOptions):
                              worst_direction=worst[:, 1:])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MonteCarlo:
     """Estimates of many runs.
 

@@ -72,7 +72,7 @@ class _WithOptions(Handle):
         return self._made("options_replace", self._handle, _namelist(options))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """The result of an estimator.
 
@@ -130,7 +130,7 @@ class Solution:
     warnings: list[str]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FitTests:
     """What a fit tells of model and noise, by accelerometer axis where there are three.
 
@@ -242,7 +242,7 @@ class Fit(Handle):
         return self._values(Beliefs, contradictions=self._text("contradictions"), untestable=self._text("untestable"))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Action:
     """What to do after a calibration.
 
@@ -265,7 +265,7 @@ class Action:
     text: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Beliefs:
     """What the data say of what the setup states.
 
@@ -357,7 +357,8 @@ class Observations(_WithOptions):
                     star_camera: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
                     magnetometer: tuple[ArrayLike, ArrayLike] | None = None,
                     orbit: tuple[ArrayLike, ArrayLike] | None = None) -> "Observations":
-        """From arrays in memory, which are copied and checked; times (n,) in s from the setup's epoch, rising.
+        """From arrays in memory, which are copied and checked; times (n,) in s from the setup's epoch, rising. Further
+        accelerometers and angular channels come from files alone.
 
         Parameters
         ----------
@@ -448,7 +449,7 @@ class Observations(_WithOptions):
         return found._values(Chain, warnings=found._text("warnings").splitlines())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joined:
     """One offset from several sets of observations, or from arcs of one.
 
@@ -470,7 +471,7 @@ class Joined:
     consistent: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Chain(Joined):
     """One offset from the arcs of a long observation set.
 
@@ -487,7 +488,7 @@ class Chain(Joined):
     warnings: list[str]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joint(Joined):
     """One offset from several observation sets.
 
@@ -501,7 +502,7 @@ class Joint(Joined):
     difference_sigma: Array = array(-1, 3)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LiveOffset:
     """What a live estimate knows.
 
@@ -534,11 +535,11 @@ class LiveEstimate(Handle):
     Parameters
     ----------
     setup : Setup
-        Its rods are not used: samples have their moments.
+        Of its rods what they bear (ten times that is refused); samples have their moments.
     quaternion, angular_velocity : (4,), (3,)
         A guess of the attitude at the first sample, inertial to body, scalar last, and of the rotation, body axes, rad/s.
     wave_frequency : float
-        Of a density wave, known to 1 %, Hz; 0: none.
+        Of a density wave, known to 1 % (standard deviation), Hz; 0: none.
     """
 
     def __init__(self, setup: Setup, quaternion: ArrayLike, angular_velocity: ArrayLike, wave_frequency: float = 0.0) -> None:
@@ -561,7 +562,8 @@ class LiveEstimate(Handle):
         moment : (3, 3)
             Of the rods at its beginning, middle and end, body axes, A m^2.
         acceleration, flux_density, position : (3,), optional
-            Body axes, m/s^2; body axes, T; inertial, m.
+            Body axes, m/s^2; body axes, T; inertial, m. The first call needs a flux density, and within 30 s of a call
+            there must be one.
         star_camera : sequence of (time, head, quaternion)
             Of each head one at most; quaternion (4,), inertial to camera, scalar last.
         """

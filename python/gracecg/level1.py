@@ -59,7 +59,7 @@ class Level1(Handle):
                                 index=pandas.Index(seconds + fraction, name="time_s"))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Level1Offset:
     """The offset of a calibration manoeuvre from Level-1 files, in the satellite's frame (SRF).
 

@@ -1,4 +1,7 @@
-"""Models of the environment, one by one: time, gravity, field, air, wind, Sun, Earth's light."""
+"""Models of the environment, one by one: time, gravity, field, air, wind, Sun, Earth's light.
+
+For one position of shape (3,) the results have no n, either.
+"""
 from __future__ import annotations
 
 import datetime
@@ -8,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import Handle, call, exactly, ffi, numbers, pointer, spread
+from ._library import Handle, alike, call, exactly, ffi, numbers, pointer, spread
 
 Array = NDArray[np.float64]
 
@@ -29,16 +32,16 @@ class Utc:
     seconds: float
 
     @classmethod
-    def of(cls, when: "Utc | str | datetime.datetime") -> "Utc":
-        """An instant from itself, an ISO 8601 text or a datetime (without zone: UTC)."""
+    def of(cls, when: "Utc | str | datetime.datetime | np.datetime64") -> "Utc":
+        """An instant from itself, an ISO 8601 text, or a datetime or datetime64 (without zone: UTC)."""
         if isinstance(when, Utc):
             return when
         if isinstance(when, datetime.datetime):
             if when.tzinfo is not None:
                 when = when.astimezone(datetime.timezone.utc).replace(tzinfo=None)
             when = when.isoformat()
-        elif isinstance(when, datetime.date):
-            when = when.isoformat()
+        elif isinstance(when, (datetime.date, np.datetime64)):
+            when = str(np.datetime64(when, "ns"))
         utc = ffi.new("gracecg_utc *")
         call("utc_parse", when.encode(), utc)
         return cls(utc.mjd, utc.seconds)
@@ -51,7 +54,6 @@ class Utc:
         angle = ffi.new("double *")
         call("sidereal_angle", self._c(), ut1_minus_utc, angle)
         return angle[0]
-
 
     def earth_orientation(self, file: str | os.PathLike[str] | None = None, *, seconds: float = 0.0,
                           ut1_minus_utc: float = 0.0, pole: ArrayLike = (0.0, 0.0)) -> Array:
@@ -83,7 +85,7 @@ class Utc:
         return rotation
 
 
-When = "Utc | str | datetime.datetime"
+When = "Utc | str | datetime.datetime | np.datetime64"
 
 
 class Gravity(Handle):
@@ -122,7 +124,7 @@ class Gravity(Handle):
         acceleration, potential, gradient = np.empty((n, 3)), np.empty(n), np.empty((n, 3, 3))
         call("gravity_evaluate", self._handle, n, pointer(where), pointer(acceleration), pointer(potential),
              pointer(gradient))
-        return acceleration, potential, gradient
+        return alike(position, acceleration, potential, gradient)
 
     def acceleration(self, position: ArrayLike) -> Array:
         """Acceleration (n, 3), m/s^2, at positions (n, 3), m, Earth-fixed: in a third of the time of evaluate."""
@@ -130,7 +132,7 @@ class Gravity(Handle):
         acceleration = np.empty_like(where)
         call("gravity_evaluate", self._handle, len(where), pointer(where), pointer(acceleration), pointer(None),
              pointer(None))
-        return acceleration
+        return alike(position, acceleration)[0]
 
 
 class Field(Handle):
@@ -151,10 +153,10 @@ class Field(Handle):
         where = numbers(position, 3)
         flux = np.empty_like(where)
         call("field_evaluate", self._handle, len(where), pointer(where), pointer(flux))
-        return flux
+        return alike(position, flux)[0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Air:
     """The thermosphere at n points.
 
@@ -204,10 +206,10 @@ class Density(Handle):
         """The air at Earth-fixed positions (n, 3), m, `seconds` (one or n) after the epoch."""
         where = numbers(position, 3)
         n = len(where)
-        air = Air(np.empty(n), np.empty(n), np.empty((n, 3)))
+        found = np.empty(n), np.empty(n), np.empty((n, 3))
         call("density_evaluate", self._handle, Utc.of(epoch)._c(), n, pointer(spread(seconds, n)), pointer(where),
-             pointer(air.density), pointer(air.temperature), pointer(air.number_density))
-        return air
+             *map(pointer, found))
+        return Air(*alike(position, *found))
 
 
 class Wind(Handle):
@@ -222,7 +224,7 @@ class Wind(Handle):
         wind = np.empty((len(where), 2))
         call("wind_evaluate", self._handle, Utc.of(epoch)._c(), len(where), pointer(spread(seconds, len(where))),
              pointer(where), pointer(wind))
-        return wind
+        return alike(position, wind)[0]
 
 
 def sun_position(epoch: When, seconds: ArrayLike = 0.0) -> Array:
@@ -239,7 +241,7 @@ def sun_illumination(position: ArrayLike, sun: ArrayLike) -> Array:
     light = np.ascontiguousarray(np.broadcast_to(light, where.shape))
     free = np.empty(len(where))
     call("sun_illumination", len(where), pointer(where), pointer(light), pointer(free))
-    return free
+    return alike(position, free)[0]
 
 
 class EarthRadiation(Handle):
@@ -264,4 +266,4 @@ class EarthRadiation(Handle):
         flux = np.empty_like(where)
         call("earth_radiation_evaluate", self._handle, Utc.of(epoch)._c(), len(where),
              pointer(spread(seconds, len(where))), pointer(where), pointer(flux))
-        return flux
+        return alike(position, flux)[0]

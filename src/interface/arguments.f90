@@ -194,7 +194,7 @@ contains
         if (.not. present(values) .or. .not. outcome%good()) return
         if (.not. all(abs(values(:n)) <= huge(1.0_dp))) &
             call outcome%refuse(STATUS_BAD_VALUE, name//' would be NaN or infinite: the arguments are far outside what '// &
-                                'the model is for')
+                                'the model is for; are all positions, the Sun''s too, in metres?')
     end subroutine check_results
 
     !> A text of the caller's. Fails when it has no end within the longest length.

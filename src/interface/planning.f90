@@ -2,6 +2,7 @@
 module gracecg_interface_planning
     use gracecg, only: dp, error_t, calibration_t, case_bound_t, bound_of_case, design_settings_t, manoeuvre_design_t, &
         plan_manoeuvre, map_case, map_point_t
+    use gracecg_base_parallel, only: MOST_THREADS
     use gracecg_interface_handles, only: object_t
     use gracecg_interface_items, only: items_t
     use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
@@ -10,8 +11,6 @@ module gracecg_interface_planning
     implicit none
     private
     public :: bound_object_t, design_object_t, map_object_t, case_bound, design, map
-
-    integer, parameter :: MOST_THREADS = 1024
 
     !> The bound of a case behind a handle.
     type, extends(object_t) :: bound_object_t

@@ -24,7 +24,7 @@ module gracecg_planning_bound
     use gracecg_estimation_belief_tests, only: test_beliefs
     use gracecg_planning_offset_bound, only: offset_bound_t, bound_offset
     use gracecg_simulation_case, only: case_t
-    use gracecg_simulation_operator_errors, only: operator_t, KNOWLEDGE_SOURCES => SOURCES, COMMON_ROD_GAIN, &
+    use gracecg_simulation_operator_errors, only: operator_t, OPERATOR_ERRORS => SOURCES, COMMON_ROD_GAIN, &
         ACCELEROMETER_SCALE, MAGNETOMETER_BIAS, KNOWN_INERTIA => INERTIA, KNOWN_CHANGE => TORQUE_CHANGE, KNOWN_GAINS => ROD_GAIN
     use gracecg_simulation_simulator, only: simulator_t, observe_without_noise, tell_operator, error_switches_t, &
         new_switched_simulator
@@ -44,7 +44,7 @@ module gracecg_planning_bound
     type, extends(offset_bound_t) :: case_bound_t
         real(dp) :: by_source(3, size(SOURCES)) = 0
         !! Standard deviation of d by each of SOURCES, m; 0 for what is estimated
-        real(dp) :: by_knowledge(3, size(KNOWLEDGE_SOURCES)) = 0
+        real(dp) :: by_knowledge(3, size(OPERATOR_ERRORS)) = 0
         !! The same by what the operator's errors have a standard deviation of, m; 0 for what SOURCES has, too
         real(dp) :: shadow_edge = -1    !! When the arc passes the edge of the Earth's shadow, s; negative: never
     end type case_bound_t
@@ -207,9 +207,9 @@ contains
             call find_step(0.0_dp, up, advance=.true.)
             if (allocated(error)) return
         end do
-        do source = 1, size(KNOWLEDGE_SOURCES)
+        do source = 1, size(OPERATOR_ERRORS)
             if (any(OPERATOR_PLACES == source) .or. source == KNOWN_GAINS .and. any(truth%estimated == ROD_GAINS(1))) cycle
-            do i = 1, KNOWLEDGE_SOURCES(source)%components
+            do i = 1, OPERATOR_ERRORS(source)%components
                 sigma = operator%sigma(i, source)
                 if (.not. sigma > 0) cycle
                 call find_step(sigma, up, advance=.false.)

@@ -6,6 +6,7 @@ module gracecg_planning_candidates
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: PI
     use gracecg_base_error, only: error_t, fail, number_text
+    use gracecg_base_text, only: integer_text
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, rod_activation_t, new_torque_rods, check_rod_sampling, &
         SINE, TAPERED, MAX_DIPOLE, WAVEFORM_NAMES, take_manoeuvre, amplitude_at_start
     use gracecg_planning_site, only: planned_arc_t
@@ -31,8 +32,8 @@ module gracecg_planning_candidates
         !! Sine, cosine (a sine with another phase), tapered, square
         real(dp) :: taper = 5                       !! Of tapered waveforms, s
         real(dp) :: rise_time = 1                   !! Of square waves, s
-        integer :: refinement_steps = 120           !! Of the simplex method, for each of the best
-        integer :: threads = 1                      !! Of the search
+        integer :: refinement_steps = 120           !! Of the simplex method, for each of the best, 0 and more
+        integer :: threads = 1                      !! Of the search, 1 to 1024
     end type design_settings_t
 
     !> A manoeuvre in the numbers that the search changes.
@@ -69,6 +70,8 @@ contains
             call fail(error, 'frequencies from '//number_text(settings%lowest_frequency)//' to '// &
                       number_text(settings%highest_frequency)//' Hz: the first has to be positive and at '// &
                       'most the second')
+        else if (settings%refinement_steps < 0) then
+            call fail(error, 'refinement_steps = '//integer_text(settings%refinement_steps)//': it must not be negative')
         else if (most_cycles(settings, duration) < fewest_cycles(settings, duration)) then
             call fail(error, 'frequencies from '//number_text(settings%lowest_frequency)//' to '// &
                       number_text(settings%highest_frequency)//' Hz leave no whole number of cycles in '// &

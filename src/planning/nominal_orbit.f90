@@ -6,7 +6,7 @@
 module gracecg_planning_nominal_orbit
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: SECONDS_PER_DAY, TWO_PI
-    use gracecg_base_error, only: error_t, fail, add_context
+    use gracecg_base_error, only: error_t, fail, add_context, require_range
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle
     use gracecg_environment_earth_shape, only: earth_fixed_to_geodetic
     use gracecg_base_runge_kutta, only: ode_system_t, rkf78_step, controlled_steps_t, begin_steps
@@ -16,9 +16,10 @@ module gracecg_planning_nominal_orbit
     use gracecg_simulation_case_models, only: build_dynamics
     implicit none
     private
-    public :: nominal_orbit_t, new_nominal_orbit, states_from, last_time, ORBIT_INTERVAL
+    public :: nominal_orbit_t, new_nominal_orbit, states_from, last_time, ORBIT_INTERVAL, MOST_REVOLUTIONS
 
     real(dp), parameter :: ORBIT_INTERVAL = 1.0_dp      !! Between the samples of the orbit, s
+    integer, parameter :: MOST_REVOLUTIONS = 150        !! That it covers
 
     !> Tolerance of the step control, and the size of each component
     real(dp), parameter :: TOLERANCE = 1e-11_dp, SCALES(6) = [1e7_dp, 1e7_dp, 1e7_dp, 1e4_dp, 1e4_dp, 1e4_dp]
@@ -50,8 +51,9 @@ contains
 
     !> Propagates the orbit of a case with its gravity and surface forces.
     !>
-    !> Fails when the case has several accelerometers, whose scale factors no plan takes into account, when it does not turn at
-    !> least once a day, when its models cannot be built, or when the orbit does not stay finite.
+    !> Fails for less than one revolution or more than MOST_REVOLUTIONS, when the case has several accelerometers, whose scale
+    !> factors no plan takes into account, when it does not turn at least once a day, when its models cannot be built, or when
+    !> the orbit does not stay finite.
     subroutine new_nominal_orbit(case, orbit, error, revolutions, interval)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(out) :: orbit
@@ -73,6 +75,8 @@ contains
         else
             call build_dynamics(case, motion%dynamics, error)
         end if
+        if (present(revolutions)) orbit%revolutions = revolutions
+        call require_range('revolutions', real(orbit%revolutions, dp), real([1, MOST_REVOLUTIONS], dp), '', error)
         call add_context(error, 'orbit of case '//trim(case%name))
         if (allocated(error)) return
         motion%quaternion = case%quaternion
@@ -81,7 +85,6 @@ contains
         orbit%dynamics = motion%dynamics
         orbit%motion = motion
         orbit%revolution = TWO_PI/norm2(case%angular_velocity)
-        if (present(revolutions)) orbit%revolutions = revolutions
         if (present(interval)) orbit%interval = interval
         steps = ceiling(orbit%revolutions*orbit%revolution/orbit%interval)
         allocate (orbit%state(STATE_SIZE, 0:steps))

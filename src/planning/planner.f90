@@ -9,7 +9,7 @@ module gracecg_planning_planner
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling, torque_rods_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_limits, only: check_motion, exceeds_limits
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time, states_from
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time, states_from, MOST_REVOLUTIONS
     use gracecg_planning_calibration, only: calibration_t, case_of_observations
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, manoeuvre_quality_t, &
         evaluate_manoeuvre
@@ -26,7 +26,7 @@ module gracecg_planning_planner
     implicit none
     private
     public :: plan_request_t, AT_TIME, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, times_along, &
-        planned_calibration, take_design, plan_manoeuvre, map_case, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS, &
+        planned_calibration, take_design, plan_manoeuvre, map_case, SHORTEST_ARC, LONGEST_ARC, &
         moved_case, moved_calibration, say_next_manoeuvre
 
     real(dp), parameter :: ORBIT_STEP = 10          !! Between the orbit's samples, s
@@ -34,7 +34,6 @@ module gracecg_planning_planner
     real(dp), parameter :: EVERYWHERE_STEP = 240    !! Between the places of a manoeuvre for all, s
     real(dp), parameter :: SHORTEST_ARC = 10        !! s
     real(dp), parameter :: LONGEST_ARC = 600        !! s
-    integer, parameter :: MOST_REVOLUTIONS = 150    !! Of a map
 
     integer, parameter :: AT_TIME = 1, ANYWHERE = 2, EVERYWHERE = 3
     !! Where a manoeuvre is to be good: at a given time; at the place of the orbit that is best; at all places
@@ -66,7 +65,7 @@ contains
 
     !> The first half of a plan: arc, orbit and places, all but the search for the manoeuvre.
     !>
-    !> Fails for an arc shorter than SHORTEST_ARC or longer than LONGEST_ARC, for a time outside of the
+    !> Fails for an arc shorter than SHORTEST_ARC or longer than LONGEST_ARC, for a place that is none, a time outside of the
     !> orbit, when a limit is not positive, and for settings that allow no manoeuvre.
     subroutine prepare_plan(calibration, request, plan, error, progress)
         type(calibration_t), intent(in) :: calibration
@@ -120,8 +119,11 @@ contains
             times = times_along(plan%orbit, EVERYWHERE_STEP)
         case (ANYWHERE)
             times = times_along(plan%orbit, ANYWHERE_STEP)
-        case default
+        case (AT_TIME)
             times = [request%time]
+        case default
+            call fail(error, 'place = '//integer_text(request%place)//': it is 1 (AT_TIME), 2 (ANYWHERE) or 3 (EVERYWHERE)')
+            return
         end select
         call new_manoeuvre_sites(plan%arc, plan%orbit, times, request%settings%threads, plan%sites, error)
         if (request%place /= ANYWHERE .or. allocated(error)) return
@@ -227,7 +229,7 @@ contains
     subroutine map_case(case, times, threads, points, error)
         type(case_t), intent(in) :: case
         real(dp), intent(in) :: times(:)                    !! Of the start, s from the case's epoch
-        integer, intent(in) :: threads                      !! 1 and more
+        integer, intent(in) :: threads                      !! 1 to 1024
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
 

@@ -43,7 +43,7 @@ contains
         type(nominal_orbit_t), intent(in) :: orbit
         real(dp), intent(in) :: times(:)            !! s
         real(dp), intent(in) :: durations(:)        !! s
-        integer, intent(in) :: threads              !! 1 and more
+        integer, intent(in) :: threads              !! 1 to 1024
         type(candidate_t), allocatable, intent(out) :: candidates(:)    !! (times, for each duration)
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress  !! Counts the places

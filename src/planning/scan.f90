@@ -268,7 +268,7 @@ contains
         type(planned_arc_t), intent(in), target :: arc
         type(nominal_orbit_t), intent(in), target :: orbit
         real(dp), intent(in) :: times(:)                !! s
-        integer, intent(in) :: threads                  !! 1 and more
+        integer, intent(in) :: threads                  !! 1 to 1024
         type(manoeuvre_site_t), allocatable, intent(out) :: sites(:)
         type(error_t), allocatable, intent(out) :: error
 
@@ -287,7 +287,7 @@ contains
         type(nominal_orbit_t), intent(in), target :: orbit
         real(dp), intent(in) :: times(:)                !! s
         type(torque_rods_t), intent(in) :: rods         !! Times count from the start of the calibration
-        integer, intent(in) :: threads                  !! 1 and more
+        integer, intent(in) :: threads                  !! 1 to 1024
         type(map_point_t), allocatable, intent(out) :: points(:)
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress  !! Counts the places; with a rule the caller has

@@ -352,6 +352,7 @@ contains
         own = options
         own%covariance = covariance
         own%test_beliefs = .false.              ! without noise they would be contradicted
+        own%largest_offset = 1e3_dp             ! m: a weak manoeuvre may find any
         own%optimal%noise = NOISE_GIVEN         ! there is none to estimate
         call estimate_offset(algorithm, observations, own, solution, error)
     end subroutine estimate_without_noise

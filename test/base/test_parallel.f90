@@ -3,7 +3,7 @@
 module test_parallel
     use vocabulary
     use gracecg_base_error, only: fail
-    use gracecg_base_parallel, only: parallel_work_t, run_parallel
+    use gracecg_base_parallel, only: parallel_work_t, run_parallel, MOST_THREADS
     use gracecg_base_progress, only: progress_t, tell, expect_pieces
     implicit none
     private
@@ -38,6 +38,7 @@ contains
                     new_unittest('every-piece-once', test_once), &
                     new_unittest('results-do-not-depend-on-threads', test_threads), &
                     new_unittest('first-failure', test_failure), &
+                    new_unittest('nothing-to-do-and-nobody-to-do-it', test_nothing), &
                     new_unittest('stops-when-asked', test_stop), &
                     new_unittest('progress-line', test_line)]
     end subroutine collect_parallel
@@ -112,6 +113,22 @@ contains
             end do
         end do
     end subroutine test_failure
+
+    subroutine test_nothing(error)
+        type(error_type), allocatable, intent(out) :: error
+        integer, parameter :: NONE_SUCH(3) = [-1, 0, MOST_THREADS + 1]
+        integer :: i
+        type(sums_t) :: sums
+        type(error_t), allocatable :: failure
+
+        sums = new_sums(0, [integer ::])
+        call run_parallel(sums, 0, 2, failure)
+        call check_passes(error, failure)
+        do i = 1, 3
+            call run_parallel(sums, 0, NONE_SUCH(i), failure)
+            call check_fails(error, failure, 'threads = '//integer_text(NONE_SUCH(i))//' ... 1 to 1024')
+        end do
+    end subroutine test_nothing
 
     subroutine listen(self, text)
         class(listener_t), intent(inout) :: self

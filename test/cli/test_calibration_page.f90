@@ -163,7 +163,8 @@ contains
         do i = 1, size(PYTHONS)
             if (.not. allocated(error)) call make_file('bare.html', 'an older page')
             call set_variable(PYTHON_VARIABLE, trim(PYTHONS(i)))
-            call run('estimate '//RUN_1//' --algorithm ascfest --report '//FOLDER//'bare.html', status, output, messages)
+            call run('estimate '//RUN_1//' --algorithm ascfest --options default --report '//FOLDER//'bare.html', &
+                     status, output, messages)
             call set_variable(PYTHON_VARIABLE, trim(usual))
             call check(error, status == STATUS_FAILED .and. index(output, 'CG offset') > 0 .and. &
                        index(messages, trim(SAID(i))) > 0 .and. count_of(messages, new_line('a')) == 1, messages)

@@ -465,7 +465,7 @@ contains
         call estimate_refused(error, 'assest-fde', observations, 'must increase')
         call example(observations, interval=0.5_dp)
         options%guess_angular_velocity = NAN
-        call estimate_refused(error, 'assest-fde', observations, 'NaN', options)
+        call estimate_refused(error, 'assest-fde', observations, 'guess_angular_velocity ... not a finite number', options)
     end subroutine test_refusals
 
     !> Measured samples of the sine give what the sine itself gives: within the interpolation's error h^4/384 of the

@@ -13,7 +13,9 @@ module test_faults
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_star_attitude, only: star_attitude_t, take_star_attitude
     use gracecg_estimation_field_fallback, only: complete_field
-    use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
+    use gracecg_estimation_plausibility, only: longest_arc
+    use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations
+    use gracecg_estimation_report_options, only: report_options
     use gracecg_simulation_simulator, only: new_simulator, measure_rods
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     implicit none
@@ -191,20 +193,24 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
         type(estimation_options_t) :: options
+        type(joint_run_t) :: run
         type(solution_t) :: solution
         type(error_t), allocatable :: failure
 
         call fault_free(observations)
         observations%acceleration = 1e3_dp*observations%acceleration
+        call estimate_offset('assest-rde', observations, options, solution, failure)
+        call check_fails(error, failure, 'CG offset on z would be - ... not plausible ... largest_offset_mm ... in m/s^2')
+        options%largest_offset = 1
         if (estimate_fails(error, 'assest-rde', observations, options, solution)) return
-        call refuse_implausible('assest-rde', solution%offset, solution%covariance, options%largest_offset, failure)
-        call check_fails(error, failure, 'CG offset on z would be - ... not plausible ... largest_offset_mm')
-        call refuse_implausible('assest-rde', solution%offset, solution%covariance, 1.0_dp, failure)
-        call check_passes(error, failure)
         call warned(error, solution%warnings, 'residuals of axis z ... check the unit')
+        call warned(error, solution%warnings, 'accelerations reach ... in m/s^2')
+        call run_from_observations(observations, options, run, failure)
+        call check_fails(error, failure, 'accelerations reach ... in m/s^2')
     end subroutine test_wrong_unit
 
-    !> One attitude of another place in the sky: the message tells of the star camera too.
+    !> One attitude of another place in the sky: the message tells of the star camera too. All of them the other way round, so
+    !> that no fit converges: said by name.
     subroutine test_wrong_attitude(error)
         type(error_type), allocatable, intent(out) :: error
         type(observation_set_t) :: observations
@@ -219,6 +225,10 @@ contains
         else
             call warned(error, solution%warnings, 'star camera ... faulty samples')
         end if
+        call fault_free(observations)
+        observations%quaternion(:3, :) = -observations%quaternion(:3, :)
+        call estimate_offset('optimal', observations, report_options(CASE_NAME), solution, failure)
+        call check_fails(error, failure, 'normal equations ... the data fit if the quaternions turn from the camera to inertial')
     end subroutine test_wrong_attitude
 
     subroutine test_no_fault(error)

@@ -255,7 +255,7 @@ contains
         sample%position = sample%position/1000
         call refused('check their units')
         sample = sample_of(observations, 1)
-        sample%moment = 1e9_dp*sample%moment
+        sample%moment(2, 2) = 301        ! ten times what a rod bears, and more
         call refused('check their units')
         call check(error, live%samples, 1, 'samples taken')
         do k = 1, 301

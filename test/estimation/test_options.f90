@@ -5,7 +5,7 @@ module test_options
     use gracecg_base_quaternion, only: quaternion_product, quaternion_from_axis_angle, rotation_angle_between
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_files, only: setup_text, setup_from_text
-    use gracecg_estimation_options, only: read_options, options_from_text, options_text
+    use gracecg_estimation_options, only: read_options, options_from_text, options_text, optimal_options_t
     use gracecg_estimation_report_options, only: report_options
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_planning_calibration, only: find_calibration, calibration_text
@@ -173,9 +173,10 @@ contains
         call check(error, text == text_again)
     end subroutine test_round_trip
 
-    !> File, line, key, and what to do.
+    !> File, line, key, and what to do; the same words of options in memory.
     subroutine test_mistakes(error)
         type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: nothing
 
         call refused('&estimation'//LF//'    star_camera_weigth = 2'//LF//'/', &
                      'options.nml:2 ... star_camera_weigth ... star_camera_weight')
@@ -184,6 +185,10 @@ contains
         call refused(LF//'&optimall /', 'options.nml:2 ... &optimall ... optimal')
         call refused('&optimal noise = ''guess'' /', 'noise ... estimate')
         call refused('&mass_properties mass = 3 /', '&mass_properties ... not known')
+        call not_taken(estimation_options_t(guess_offset=1e30_dp), 'guess_offset_mm ... -1000 to 1000 mm')
+        call not_taken(estimation_options_t(largest_offset=-1.0_dp), 'largest_offset_mm ... 0.001')
+        call not_taken(estimation_options_t(accelerometer_weight=[1.0_dp, -1.0_dp, 1.0_dp]), 'accelerometer_weight')
+        call not_taken(estimation_options_t(optimal=optimal_options_t(noise='guess')), 'noise ... estimate')
 
     contains
 
@@ -196,6 +201,16 @@ contains
             call read_options(FOLDER//'options.nml', options, failure)
             call check_fails(error, failure, parts)
         end subroutine refused
+
+        subroutine not_taken(options, parts)
+            type(estimation_options_t), intent(in) :: options
+            character(*), intent(in) :: parts
+            type(solution_t) :: solution
+            type(error_t), allocatable :: failure
+
+            call estimate_offset('assest-fde', nothing, options, solution, failure)
+            call check_fails(error, failure, parts)
+        end subroutine not_taken
     end subroutine test_mistakes
 
     !> A setup may have options beside. What is misspelt there is refused.

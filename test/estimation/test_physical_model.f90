@@ -21,6 +21,7 @@ module test_physical_model
     public :: collect_physical_model, add_orbit
 
     real(dp), parameter :: STAR_TIMES(4) = [0.26_dp, 17.0_dp, 33.33_dp, 59.9_dp]    ! s; steps of 0.2 s
+    integer, parameter :: STAR_HEADS(4) = [2, 1, 2, 1]
 contains
 
     subroutine collect_physical_model(testsuite)
@@ -64,6 +65,7 @@ contains
         call prepare_model(observations%knowledge, data, [(i, i=1, PARAMETERS)], model)
         model%wave_frequency = 1/13.0_dp
         model%jump = model%steps/3
+        if (allocated(model%light)) model%light(:) = 0.7_dp     ! the Sun is seen, though it is not there
     end subroutine prepare
 
     !> A state in which no parameter is zero that is not an error of a belief in proportion to which all acts.
@@ -113,6 +115,8 @@ contains
         end select
     end function step_of
 
+    !> Each kind of parameter (but those of further accelerometers, which the example has not) shows in some instrument, as its
+    !> partials say.
     subroutine test_partials(error)
         type(error_type), allocatable, intent(out) :: error
         type(physical_model_t) :: model
@@ -121,9 +125,10 @@ contains
         type(fitting_data_t) :: data
         real(dp), allocatable :: partials(:, :, :), predicted(:, :, :), of_channels(:, :, :), shown(:, :, :)
         real(dp) :: star_partials(PARAMETERS, 3, size(STAR_TIMES)), angles(3, size(STAR_TIMES), 2)
-        real(dp) :: change(PARAMETERS)
+        real(dp) :: change(PARAMETERS), effect(size(KINDS))
         integer :: p, i, side, n
 
+        effect = 0
         call prepare(model, data, .true.)
         state = general_state()
         n = size(data%accelerometer_epoch)
@@ -132,7 +137,7 @@ contains
         call predict_accelerations(model, state, trajectory, data%accelerometer_epoch, predicted(:, :, 1), partials)
         call predict_channels(model, state, trajectory, data%accelerometer_epoch, shown(:, :, 1), of_channels)
         do i = 1, size(STAR_TIMES)
-            call star_angles(model, state, trajectory, STAR_TIMES(i), 2, trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), &
+            call star_angles(model, state, trajectory, STAR_TIMES(i), STAR_HEADS(i), trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), &
                              angles(:, i, 1), star_partials(:, :, i))
         end do
         do p = 1, PARAMETERS
@@ -145,7 +150,7 @@ contains
                 call predict_accelerations(model, changed, other, data%accelerometer_epoch, predicted(:, :, side))
                 call predict_channels(model, changed, other, data%accelerometer_epoch, shown(:, :, side))
                 do i = 1, size(STAR_TIMES)          ! computed minus nominal
-                    call star_angles(model, changed, other, STAR_TIMES(i), 2, &
+                    call star_angles(model, changed, other, STAR_TIMES(i), STAR_HEADS(i), &
                                      trajectory%q(:, nint(STAR_TIMES(i)/0.2_dp)), angles(:, i, side))
                 end do
             end do
@@ -156,6 +161,10 @@ contains
             angles(:, :, 1) = -(angles(:, :, 1) - angles(:, :, 2))/(2*step_of(p))
             call check_close(star_partials(p, :, :), angles(:, :, 1), 2e-4_dp, ', star camera')
         end do
+        do p = 1, PARAMETERS
+            call check(error, effect(KIND_OF(p)) > 0 .or. KIND_OF(p) >= OF_LINE_SCALES, &
+                       trim(parameter_names(p))//' shows in nothing')
+        end do
 
     contains
 
@@ -164,6 +173,7 @@ contains
             real(dp), intent(in) :: found(:, :), expected(:, :), tolerance
             character(*), intent(in) :: which
 
+            effect(KIND_OF(p)) = max(effect(KIND_OF(p)), maxval(abs(expected)))
             call check(error, maxval(abs(found - expected)) <= tolerance*maxval(abs(expected)), &
                        trim(parameter_names(p))//which)
         end subroutine check_close

@@ -6,7 +6,7 @@ module test_design
     use gracecg_base_quaternion, only: rotation_angle_between
     use gracecg_simulation_case, only: read_case, case_text
     use gracecg_simulation_report_cases, only: TIME_OF_CASE
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit
     use gracecg_planning_planner, only: moved_case
     use gracecg_planning_site
     use gracecg_planning_scan
@@ -253,6 +253,8 @@ contains
         type(nominal_orbit_t) :: orbit
         type(manoeuvre_site_t) :: site
         type(design_settings_t) :: settings
+        type(calibration_t) :: calibration, planned_one
+        type(manoeuvre_design_t) :: design
         type(error_t), allocatable :: failure
 
         call take_case('front-1', case)
@@ -260,6 +262,13 @@ contains
         call make_orbit(case, orbit, interval=60.0_dp)
         call new_manoeuvre_site(planned, orbit, 6000.0_dp, site, failure)
         call check_fails(error, failure, '6000 s ... from 0 to 5635')
+        call new_nominal_orbit(case, orbit, failure, revolutions=-3)
+        call check_fails(error, failure, 'front-1 ... revolutions = -3 ... 1 to 150')
+        call take_calibration('front-1', calibration)
+        call plan_manoeuvre(calibration, 0.0_dp, settings, planned_one, design, failure, place=7)
+        call check_fails(error, failure, 'place = 7')
+        settings = design_settings_t(refinement_steps=-5)
+        call refused('refinement_steps = -5')
         settings%rod_used = .false.
         call refused('all torque rods are off')
         settings = design_settings_t(amplitude=0.0_dp)

@@ -10,6 +10,7 @@ module gracecg_cli_arguments
     use omp_lib, only: omp_get_num_procs
     use gracecg_base_kinds, only: dp, i8
     use gracecg_base_error, only: error_t, fail
+    use gracecg_base_parallel, only: MOST_THREADS
     use gracecg_base_text, only: string_t, append, join, padded, parse_integer, split, split_words, integer_text
     use gracecg_cli_console, only: wrapped, quoted_word
     use gracecg_files_value, only: real_from_text, integer_from_text, choice_from_text, did_you_mean
@@ -58,7 +59,6 @@ module gracecg_cli_arguments
     end type arguments_t
 
     integer, parameter :: MOST_RUNS = 10000000  !! Of a Monte Carlo
-    integer, parameter :: MOST_THREADS = 1024
     character(*), parameter :: PROGRAM_NAME = 'gracecg'
     character(*), parameter :: LF = new_line('a')
     integer, parameter :: HELP_COLUMN = 26      !! Where the texts of the options begin

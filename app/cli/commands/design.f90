@@ -14,7 +14,8 @@ module gracecg_cli_design
     use gracecg_planning_leakage, only: leakage_pair_t, find_pair
     use gracecg_planning_scan, only: map_point_t, map_manoeuvre
     use gracecg_planning_planner, only: plan_request_t, ANYWHERE, EVERYWHERE, plan_t, prepare_plan, find_manoeuvre, &
-        times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC, MOST_REVOLUTIONS
+        times_along, planned_calibration, SHORTEST_ARC, LONGEST_ARC
+    use gracecg_planning_nominal_orbit, only: MOST_REVOLUTIONS
     use gracecg_planning_whisper, only: whisper_limits_t, whisper_plan_t, plan_whisper, TIMES
     use gracecg_cli_calibration_argument, only: take_calibration
     use gracecg_cli_console, only: quoted_word

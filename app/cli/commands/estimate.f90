@@ -11,12 +11,12 @@ module gracecg_cli_estimate
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_joint_estimate, only: joint_options_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
+    use gracecg_estimation_plausibility, only: longest_arc
     use gracecg_estimation_solution, only: solution_t, running_estimate_t
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_cli_estimate_results, only: asked_estimate_t, judged_t, judge_estimate, show_estimate, show_iterations, &
         publish_estimate, publish_refusal, write_estimate_page
-    use gracecg_cli_joint, only: declare_joint_options, read_joint_options, read_observed, run_joint, run_chain
+    use gracecg_cli_joint, only: declare_joint_options, read_joint_options, find_options, read_observed, run_joint, run_chain
     use gracecg_cli_page_program, only: page_folder
     use gracecg_cli_work
     implicit none
@@ -55,7 +55,8 @@ contains
                                 'gracecg estimate run1 --algorithm assest-fde --report run1.html')
         call add_study_options(arguments, '--algorithm')
         call arguments%add_option('--options', 'FILE', 'namelist file that says how to estimate: weights, first '// &
-                                  'guesses, what else to estimate (default: what the algorithm needs no telling)')
+                                  'guesses, what else to estimate (if not given: options.nml of RUN, if there is '// &
+                                  'one; `default`: those of the setup, or none)')
         call add_format_option(arguments)
         call arguments%add_option('--verbose', '', 'prints each iteration: corrections, state, RMS of the residuals')
         call arguments%add_option('--report', 'FILE.html', 'writes a page on this calibration: errors, what '// &
@@ -91,6 +92,7 @@ contains
         call check_writable(request%page, error)
         if (.not. allocated(error)) call check_writable(request%running_file, error)
         if (allocated(error)) return
+        call find_options(request%asked%folder, request%asked%options_file, console)
         call read_observed(request%asked%folder, request%asked%options_file, observations, options, error)
         chained = .false.
         if (.not. allocated(error) .and. request%asked%algorithm == 'optimal') &
@@ -169,10 +171,8 @@ contains
         begun = .not. allocated(error)
         options%history = request%verbose
         if (begun) call estimate_offset(request%asked%algorithm, observations, options, solution, error, record=record)
-        if (begun .and. .not. allocated(error) .and. solution%converged) &
-            call refuse_implausible(solution%algorithm, solution%offset, solution%covariance, options%largest_offset, error)
         if (begun .and. allocated(error)) then
-            call warn_of_causes(observations, console)
+            call warn_of_shadow(observations, console)
             call publish_refusal(request%asked, observations, solution, record, console, error%message)
         end if
         if (.not. allocated(error)) then
@@ -182,7 +182,7 @@ contains
             if (allocated(error)) return
             if (judged%verdict%action%kind == DO_NOT_USE) then
                 console%status_done = STATUS_NOT_TO_BE_USED
-                call warn_of_causes(observations, console)
+                call warn_of_shadow(observations, console)
             end if
             call show_estimate(observations%knowledge, solution, judged, console)
             call warn(observations%knowledge, solution, judged%verdict%action%text, console)
@@ -197,18 +197,13 @@ contains
         if (request%page /= '') call write_page(request, observations, solution, record, judged, console, error)
     end subroutine run_one
 
-    !> Of samples that cannot be used: accelerations of another unit, and where the satellite passes the edge of the Earth's
-    !> shadow.
-    subroutine warn_of_causes(observations, console)
+    !> Of samples that cannot be used, where the satellite passes the edge of the Earth's shadow.
+    subroutine warn_of_shadow(observations, console)
         type(observation_set_t), intent(in) :: observations
         type(console_t), intent(inout) :: console
 
-        real(dp), parameter :: MOST = 1e-3_dp       ! m/s^2: biases are 1e-5, forces 1e-6
-        real(dp) :: edge, largest
+        real(dp) :: edge
 
-        largest = maxval([0.0_dp, abs(observations%acceleration)])
-        if (largest > MOST) call console%warn('accelerations reach '//rounded_text(largest, 2)//' m/s^2, a hundred times what '// &
-                                              'such an instrument shows: are they in m/s^2?')
         if (.not. has_orbit(observations)) return
         associate (o => observations, duration => observations%knowledge%duration)
             edge = edge_of_shadow(julian_centuries_tt(o%knowledge%epoch), o%orbit_time, o%orbit_position, duration)
@@ -217,7 +212,7 @@ contains
                               'the forces change: optimal estimates that; for the other algorithms take another '// &
                               'time, or a part of the samples without it (duration and epoch of setup.nml)')
         end associate
-    end subroutine warn_of_causes
+    end subroutine warn_of_shadow
 
     !> Writes the page, also of an estimate that is refused: then the refusal stays the command's error.
     subroutine write_page(request, observations, solution, record, judged, console, error)

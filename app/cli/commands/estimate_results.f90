@@ -30,7 +30,7 @@ module gracecg_cli_estimate_results
     type :: asked_estimate_t
         character(:), allocatable :: folder         !! Of the observations
         character(:), allocatable :: algorithm      !! Its name
-        character(:), allocatable :: options_file   !! Of --options; empty: none
+        character(:), allocatable :: options_file   !! Path; empty: none
     end type asked_estimate_t
 
     character(*), parameter :: COLUMNS = &

@@ -2,6 +2,7 @@
 module gracecg_cli_joint
     use gracecg_base_constants, only: SECONDS_PER_DAY
     use gracecg_environment_time, only: utc_t, seconds_between
+    use gracecg_files_file, only: file_exists
     use gracecg_spacecraft_torque_rods, only: check_rods_fire
     use gracecg_observations_observation_files, only: read_observations, OBSERVATION_FILES, SETUP_FILE
     use gracecg_observations_observation_set, only: observation_set_t
@@ -11,7 +12,7 @@ module gracecg_cli_joint
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, joint_sigma, FAMILY_LEVEL
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: read_changes
-    use gracecg_estimation_options, only: estimation_options_t, read_options
+    use gracecg_estimation_options, only: estimation_options_t, read_options, OPTIONS_FILE
     use gracecg_observations_parameters, only: parameter_names, parameter_units
     use gracecg_estimation_parameters, only: JOINED
     use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED_COUNT
@@ -20,7 +21,7 @@ module gracecg_cli_joint
     use gracecg_cli_work
     implicit none
     private
-    public :: declare_joint_options, read_joint_options, read_observed, run_joint, run_chain, show_offset
+    public :: declare_joint_options, read_joint_options, find_options, read_observed, run_joint, run_chain, show_offset
 
 contains
 
@@ -65,7 +66,7 @@ contains
         type(joint_solution_t) :: solution
         type(action_t) :: action
         type(string_t), allocatable :: names(:)
-        character(:), allocatable :: changes, options_file
+        character(:), allocatable :: changes, options_file, own_file
         real(dp) :: apart       ! s
         integer :: i, k
 
@@ -76,7 +77,9 @@ contains
         names = arguments%words
         allocate (runs(size(names)))
         do i = 1, size(runs)
-            call read_observed(names(i)%text, options_file, observations, run_options, error)
+            own_file = options_file
+            call find_options(names(i)%text, own_file, console)
+            call read_observed(names(i)%text, own_file, observations, run_options, error)
             if (allocated(error)) return
             call run_from_observations(observations, run_options, runs(i), error)
             call add_context(error, names(i)%text)
@@ -151,6 +154,21 @@ contains
             call read_options(folder//'/'//trim(OBSERVATION_FILES(SETUP_FILE)), options, error, beside=.true.)
         if (.not. allocated(error) .and. options_file /= '') call read_options(options_file, options, error)
     end subroutine read_observed
+
+    !> The file of options of a run: that which is asked for; if none is, options.nml of its folder, and this is told.
+    subroutine find_options(folder, file, console)
+        character(*), intent(in) :: folder              !! Of the observations
+        character(:), allocatable, intent(inout) :: file
+        !! In: of --options, empty if it is not given, or 'default'. Out: path; empty: those of the setup
+        type(console_t), intent(inout) :: console
+
+        if (file == 'default') then
+            file = ''
+        else if (file == '' .and. file_exists(folder//'/'//OPTIONS_FILE)) then
+            file = folder//'/'//OPTIONS_FILE
+            call console%message('options of '//file)
+        end if
+    end subroutine find_options
 
     !> The joint estimate and each run: for people, as CSV or JSON.
     subroutine report(kind, case, names, epochs, solution, console, error, action)

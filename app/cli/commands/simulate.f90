@@ -138,8 +138,7 @@ contains
             how = merge('optimal         ', 'assest-fde      ', own)
             if (order%case%duration > USUAL_ARC .and. order%case%control%acts .or. &
                 order%case%duration > longest_arc(operator_knowledge(order%case, order%case%operator))) how = 'optimal --arc 60'
-            call console%line('next: gracecg estimate '//quoted_word(order%folder)//' --algorithm '//trim(how)//' --options '// &
-                              quoted_word(order%folder//'/'//OPTIONS_FILE))
+            call console%line('next: gracecg estimate '//quoted_word(order%folder)//' --algorithm '//trim(how))
         else
             call console%warn('all '//trim(merge('torquers   ', 'torque rods', order%case%satellite%rods%direct))// &
                               ' are off: from these observations no CG offset can be estimated')

@@ -4,18 +4,47 @@ module gracecg_estimation_plausibility
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: AXES, DEGREE, MILLIMETRE
     use gracecg_base_error, only: error_t, fail, number_text
-    use gracecg_base_text, only: rounded_text
+    use gracecg_base_text, only: append, rounded_text
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_solution, only: solution_t
     implicit none
     private
-    public :: refuse_implausible, refuse_long_arc, longest_arc
+    public :: judge_plausibility, refuse_implausible, refuse_long_arc, longest_arc
 
     real(dp), parameter :: SIGMAS = 5       !! Of an estimate that may still belong to a plausible offset
+    real(dp), parameter :: MOST_ACCELERATION = 1e-3_dp      !! m/s^2: biases are 1e-5, forces 1e-6
     real(dp), parameter :: MOST_DRIFT = 2.5e-3_dp
     !! rad. Found with front 1, its rods on all the time: ASSEST and `optimal` still follow an arc of 900 s (a drift of
     !! 1.9e-3 by sigma_torque's default), none of 1200 s (3.4e-3); ASSEST of 2400 s gives a wrong offset with a small sigma
 
 contains
+
+    !> Of the estimate of a run: refuses an implausible one, if its covariance is propagated, and tells of accelerations of
+    !> another unit, as a warning or in the error.
+    subroutine judge_plausibility(observations, options, solution, error)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        type(solution_t), intent(inout) :: solution
+        type(error_t), allocatable, intent(inout) :: error      !! Of the estimate
+
+        character(:), allocatable :: text
+
+        if (options%covariance .and. .not. allocated(error)) &
+            call refuse_implausible(solution%algorithm, solution%offset, solution%covariance, options%largest_offset, error)
+        if (.not. allocated(observations%acceleration)) return
+        associate (samples => observations%acceleration)
+            if (2*count(maxval(abs(samples), 1) > MOST_ACCELERATION) <= size(samples, 2)) return
+            text = 'accelerations reach '//rounded_text(maxval(abs(samples)), 2)//' m/s^2, a hundred times what such an '// &
+                   'instrument shows: are they in m/s^2?'
+        end associate
+        if (allocated(error)) then
+            error%message = error%message//'; '//text
+        else
+            call append(solution%warnings, text)
+        end if
+    end subroutine judge_plausibility
 
     !> Mass and accelerometer of such a satellite are balanced to a millimetre: an offset beyond a centimetre
     !> tells of wrong units, axes or times, unless the noise alone can make it. To be asked of one's own

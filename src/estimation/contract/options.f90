@@ -12,7 +12,7 @@ module gracecg_estimation_options
     implicit none
     private
     public :: estimation_options_t, read_options, options_from_text, options_text, write_options
-    public :: OPTIONS_FILE, optimal_options_t, sequential_options_t, NOISE_GIVEN, NOISE_ESTIMATED
+    public :: check_options, OPTIONS_FILE, optimal_options_t, sequential_options_t, NOISE_GIVEN, NOISE_ESTIMATED
     public :: WAVE_NONE, WAVE_GIVEN, WAVE_SEARCHED, ADAPTIVE, STRAIGHT_LINE
 
     character(*), parameter :: OPTIONS_FILE = 'options.nml'     !! In the folder of an observation set
@@ -72,7 +72,7 @@ module gracecg_estimation_options
         real(dp) :: guess_angular_velocity(3) = 0   !! At the epoch, body axes, rad/s; 0: from those samples
         real(dp) :: guess_offset(3) = 1e-5_dp       !! d*, body axes, m
         real(dp) :: largest_offset = 1e-2_dp
-        !! Of each component, m: gracecg estimate refuses one that is beyond it by five sigmas
+        !! Of each component, m: one that is beyond it by five sigmas is refused, unless covariance is false
         logical :: test_beliefs = .true.
         !! Test what the setup says against the data, if the fit is checked at all
         real(dp) :: wanted_accuracy = 5e-5_dp
@@ -142,6 +142,19 @@ contains
         call describe_options(writer, copy)
         call writer%to_text(text, error)
     end subroutine options_text
+
+    !> Fails for options that no file could give: a number out of its range, a text that is none of the choices. So do all
+    !> estimates.
+    subroutine check_options(options, error)
+        type(estimation_options_t), intent(in) :: options
+        type(error_t), allocatable, intent(out) :: error
+
+        type(estimation_options_t) :: again
+        character(:), allocatable :: text
+
+        call options_text(options, text, error)
+        if (.not. allocated(error)) call options_from_text(text, 'options', again, error)
+    end subroutine check_options
 
     !> Writes a file of options. Fails when a number is not finite or the file cannot be written.
     subroutine write_options(path, options, comments, error)

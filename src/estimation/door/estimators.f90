@@ -9,14 +9,14 @@ module gracecg_estimation_estimators
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_parameters, only: SCALE_FACTORS
-    use gracecg_estimation_options, only: estimation_options_t, NOISE_ESTIMATED
+    use gracecg_estimation_options, only: estimation_options_t, NOISE_ESTIMATED, check_options
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
-    use gracecg_estimation_plausibility, only: refuse_long_arc
+    use gracecg_estimation_plausibility, only: refuse_long_arc, judge_plausibility
     use gracecg_estimation_report_estimators, only: estimate_assest, estimate_combined
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential
-    use gracecg_estimation_explanation, only: explain, confirm_contradictions
+    use gracecg_estimation_explanation, only: explain, explain_failure, confirm_contradictions
     use gracecg_estimation_belief_words, only: say_contradiction, is_larger_alike
     use gracecg_estimation_fit_checks, only: find_excess
     implicit none
@@ -33,8 +33,8 @@ module gracecg_estimation_estimators
 contains
 
     !> Estimates the CG offset of an observation set. Fails for a name that is none of
-    !> ESTIMATOR_NAMES, and as the estimator does; with options%covariance also when the fit contradicts
-    !> what is known of rods and noise.
+    !> ESTIMATOR_NAMES, for options that no file could give, and as the estimator does; with options%covariance also when the
+    !> fit contradicts what is known of rods and noise, and for an offset that no satellite has.
     subroutine estimate_offset(algorithm, observations, options, solution, error, record)
         character(*), intent(in) :: algorithm               !! One of ESTIMATOR_NAMES
         type(observation_set_t), intent(in) :: observations
@@ -44,7 +44,8 @@ contains
         type(fit_record_t), intent(out), optional :: record
         !! For diagnostics: series and covariances of the fit, as if options%covariance were true
 
-        call refuse_long_arc(observations%knowledge, error)
+        call check_options(options, error)
+        if (.not. allocated(error)) call refuse_long_arc(observations%knowledge, error)
         if (observations%knowledge%line%number > 1 .and. algorithm /= 'optimal' .and. any(ESTIMATOR_NAMES == algorithm)) &
             call fail(error, 'several accelerometers: '//trim(algorithm)//' is for one; use --algorithm optimal')
         if (allocated(error)) return
@@ -63,6 +64,7 @@ contains
             return
         end select
         if (options%covariance .and. options%test_beliefs) call judge_beliefs(observations, options, solution, error)
+        call judge_plausibility(observations, options, solution, error)
     end subroutine estimate_offset
 
     !> What the data say of the operator's beliefs. `optimal` has tested them at its own fit; for the others it is
@@ -83,8 +85,14 @@ contains
         if (.not. allocated(solution%beliefs)) then
             call estimate_optimal(observations, options, tested, failure)
             if (.not. allocated(tested%beliefs)) then
-                if (allocated(failure) .and. .not. allocated(error)) &
-                    call append(solution%warnings, 'what the setup says could not be tested: '//failure%message)
+                if (.not. allocated(failure)) return
+                call explain_failure(observations, options, text)
+                if (text /= '') text = '; '//text
+                if (allocated(error)) then
+                    error%message = error%message//text
+                else
+                    call append(solution%warnings, 'what the setup says could not be tested: '//failure%message//text)
+                end if
                 return
             end if
             tested%beliefs%apart = abs(solution%offset - tested%offset)

@@ -21,7 +21,7 @@ module gracecg_estimation_arc_chain
     use gracecg_estimation_gather_information, only: move_joined
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_options, only: estimation_options_t, check_options
     use gracecg_estimation_plausibility, only: refuse_implausible, longest_arc
     use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT
     use gracecg_estimation_solution, only: solution_t
@@ -98,14 +98,14 @@ contains
     !> The offset of a run in arcs of `length` at most, cut at epochs that all instruments share as far as these have such.
     !>
     !> An arc that `optimal` refuses, or that tells no offset by itself, is left out with a warning. Fails when the
-    !> observations are refused, no rod acts in the run, an arc would be longer than a fit holds, more than a quarter of
+    !> observations or options are refused, no rod acts in the run, an arc would be longer than a fit holds, more than a quarter of
     !> the arcs with a manoeuvre is refused, the arcs disagree beyond all chance, or the offset is not determined or not plausible.
     subroutine estimate_chain(observations, options, joint, length, threads, chain, error, progress)
         type(observation_set_t), intent(in), target :: observations
         type(estimation_options_t), intent(in) :: options   !! First guesses are those of the first arc
         type(joint_options_t), intent(in) :: joint          !! What arcs have their own; no changes
         real(dp), intent(in) :: length                      !! s, e.g. USUAL_ARC
-        integer, intent(in) :: threads                      !! 1 and more
+        integer, intent(in) :: threads                      !! 1 to 1024
         type(arc_chain_t), intent(out) :: chain
         type(error_t), allocatable, intent(out) :: error
         class(progress_t), intent(inout), optional :: progress  !! Arcs are counted
@@ -114,7 +114,8 @@ contains
         real(dp) :: longest
 
         allocate (chain%warnings(0))
-        call check_observations(observations, error)
+        call check_options(options, error)
+        if (.not. allocated(error)) call check_observations(observations, error)
         if (.not. allocated(error)) call check_rods_fire(observations%knowledge%rods, observations%knowledge%duration, error)
         if (allocated(error)) return
         longest = longest_arc(observations%knowledge)

@@ -9,7 +9,8 @@ module gracecg_estimation_joint_runs
     use gracecg_estimation_gather_information, only: move_joined
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
     use gracecg_estimation_optimal, only: estimate_optimal
-    use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_estimation_plausibility, only: judge_plausibility
+    use gracecg_estimation_options, only: estimation_options_t, check_options
     use gracecg_estimation_run_information, only: run_information_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
@@ -31,7 +32,7 @@ module gracecg_estimation_joint_runs
 
 contains
 
-    !> A run from its samples, estimated by `optimal`. Fails as that does, and when it does not converge.
+    !> A run from its samples, estimated by `optimal`. Fails as estimate_offset does, and when it does not converge.
     subroutine run_from_observations(observations, options, run, error)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
@@ -39,7 +40,10 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         run%options = options
+        call check_options(options, error)
+        if (allocated(error)) return
         call estimate_optimal(observations, run%options, run%solution, error, problem=run%problem)
+        call judge_plausibility(observations, options, run%solution, error)
         if (allocated(error)) return
         if (.not. run%solution%converged) then
             call fail(error, 'optimal did not converge: the run cannot be joined with others')

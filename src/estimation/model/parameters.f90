@@ -9,7 +9,7 @@ module gracecg_estimation_parameters
     private
     public :: ALWAYS_ESTIMATED, JOINED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift
 
-    integer, parameter :: ALWAYS_ESTIMATED(18) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
+    integer, parameter :: ALWAYS_ESTIMATED(*) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
     !> Parameters that several runs can have in common: the offset first, then by SHARED_GROUPS
     integer, parameter :: JOINED(JOINED_COUNT) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]

@@ -27,7 +27,7 @@ module gracecg_estimation_explanation
     use gracecg_estimation_optimal, only: estimate_optimal
     implicit none
     private
-    public :: explain, confirm_contradictions
+    public :: explain, explain_failure, confirm_contradictions
 
     real(dp), parameter :: SAME = 7             !! Of log-likelihoods: one is a thousand times as likely as the other
     real(dp), parameter :: BEYOND_DOUBT = 8     !! Score of a contradiction that no fit need confirm
@@ -153,6 +153,32 @@ contains
             is_contradicted = any(fitted%noises%subject == subject .and. fitted%noises%state == CONTRADICTED)
         end function is_contradicted
     end subroutine explain
+
+    !> Of a fit that failed, so that no belief could be tested: whether the quaternions mean something else by which the data can
+    !> be fitted and contradict nothing.
+    subroutine explain_failure(observations, options, text)
+        type(observation_set_t), intent(in) :: observations
+        type(estimation_options_t), intent(in) :: options
+        character(:), allocatable, intent(out) :: text      !! Empty: no explanation
+
+        integer, parameter :: OF_QUATERNIONS(4) = [20, 21, 22, 23]     ! among ALTERATIONS
+        type(observation_set_t) :: others(size(OF_QUATERNIONS))
+        type(solution_t) :: solution
+        real(dp) :: left(size(OF_QUATERNIONS)), misfit
+        integer :: i
+
+        text = ''
+        others = observations
+        do i = 1, size(others)
+            call apply_alteration(OF_QUATERNIONS(i), others(i))
+            left(i) = coarse_misfit(others(i), without_tests(options))
+        end do
+        i = minloc(left, 1)
+        if (.not. left(i) < WORST) return
+        call refit(others(i), options, solution, misfit)
+        if (.not. allocated(solution%beliefs) .or. .not. misfit < WORST) return
+        if (.not. solution%beliefs%has_contradiction()) text = 'the data fit if '//trim(ALTERATIONS(OF_QUATERNIONS(i)))
+    end subroutine explain_failure
 
     !> A search in which nothing is found yet. In coarse fits a density wave that the contradicted fit had found has its
     !> frequency.

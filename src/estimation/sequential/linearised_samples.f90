@@ -56,8 +56,8 @@ module gracecg_estimation_linearised_samples
     real(dp), parameter :: LONG_COMPARED_TO_ARC = 10
 
     !> The parameters of the physical model that are estimated, in their order among the constants
-    integer, parameter :: ESTIMATED(41) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, FORCE_SHAPES, LIFT, SCALE_FACTORS, &
-                                           FIELD_BIAS, OFFSET]
+    integer, parameter :: ESTIMATED(*) = [ATTITUDE_ANGLES, RATE, TORQUE, DRIFT, BIAS, FORCE_SHAPES, LIFT, SCALE_FACTORS, &
+                                          FIELD_BIAS, OFFSET]
     integer, parameter :: OFFSET_PLACES(3) = size(ESTIMATED) - [2, 1, 0]    !! Of the offset among them
 
     !> What the first fit is called in the history

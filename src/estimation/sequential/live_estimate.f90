@@ -52,7 +52,7 @@ module gracecg_estimation_live_estimate
     real(dp), parameter :: WAVE_SIGMA = 0.01_dp     !! Of a wave's frequency, relative
     real(dp), parameter :: NOTHING_KNOWN = 1        !! Standard deviation of the offset then, m
     real(dp), parameter :: FASTEST = 1              !! First guess of an angular velocity, rad/s
-    real(dp), parameter :: LARGEST_MOMENT = 1e6_dp  !! Of a satellite's rods, A m^2
+    real(dp), parameter :: MOST_BORNE = 10      !! Times what the setup says that a rod bears: beyond, a moment is of another unit
     real(dp), parameter :: LOWEST_ORBIT = 6.3e6_dp  !! m
 
     !> What comes within a sampling interval of the accelerometer, at its end.
@@ -101,6 +101,7 @@ module gracecg_estimation_live_estimate
         integer :: fields = 0                       !! Samples of the magnetometer, two at most
         real(dp) :: field_time(2) = 0, field(3, 2) = 0      !! Its last two: s; body axes, T
         real(dp) :: position(3) = 0                 !! Of the last sample, m
+        real(dp) :: largest_moment = 0              !! That is taken, A m^2
         real(dp) :: edit_sigma = 5                  !! An innovation beyond it is left out, standard deviations
     contains
         procedure :: add        !! Takes what has come in the next sampling interval
@@ -116,7 +117,7 @@ contains
     !> Fails when a noise level is not given, when a guess or the frequency is out of its range, or when the time tags of the
     !> accelerometer are known to be late.
     subroutine begin_live_estimate(knowledge, quaternion, angular_velocity, self, error, wave_frequency)
-        type(operator_knowledge_t), intent(in) :: knowledge     !! Its rods are not used: samples have their moments
+        type(operator_knowledge_t), intent(in) :: knowledge     !! Of its rods what they bear; samples have their moments
         real(dp), intent(in) :: quaternion(4)                   !! At the first sample, inertial to body
         real(dp), intent(in) :: angular_velocity(3)             !! The same, body axes, rad/s
         type(live_estimate_t), intent(out) :: self
@@ -148,6 +149,7 @@ contains
         call lay_out_window(knowledge, self%model, self%trajectory)
         self%model%wave_frequency = frequency
         self%edit_sigma = usual%edit_sigma
+        self%largest_moment = MOST_BORNE*knowledge%rods%largest_moment
         self%star_sigma = knowledge%star_camera_sigma
         self%mounting = knowledge%mounting
         self%scale = knowledge%accelerometer_scale
@@ -353,7 +355,7 @@ contains
                             all(abs(sample%position) <= huge(1.0_dp)) .and. all(abs(sample%quaternion) <= huge(1.0_dp)))) then
                 call fail(error, 'live estimate: the sample at '//number_text(sample%time)//' s has numbers that are not finite')
             else if (norm2(sample%acceleration) > LARGEST_ACCELERATION .or. norm2(sample%field) > LARGEST_FIELD .or. &
-                     any(abs(sample%moment) > LARGEST_MOMENT) .or. &
+                     any(abs(sample%moment) > self%largest_moment) .or. &
                      (norm2(sample%position) > 0 .and. norm2(sample%position) < LOWEST_ORBIT)) then
                 call fail(error, 'live estimate: the sample at '//number_text(sample%time)//' s has an acceleration of '// &
                           number_text(norm2(sample%acceleration))//' m/s^2, a field of '//number_text(norm2(sample%field))// &

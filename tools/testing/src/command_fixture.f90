@@ -40,7 +40,8 @@ contains
         if (.not. allocated(error)) then
             call run(line, status, printed, said)
             call check(error, status, STATUS_DONE, line//': '//said)
-            if (.not. present(messages)) call check(error, said, '', line)
+            if (.not. present(messages)) &        ! of every run estimate says whose options it has taken
+                call check(error, said(merge(index(said, new_line('a')), 0, index(said, 'options of ') == 1) + 1:), '', line)
         end if
         if (present(output)) output = printed
         if (present(messages)) messages = said
