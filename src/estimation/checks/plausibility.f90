@@ -31,7 +31,7 @@ contains
 
         character(:), allocatable :: text
 
-        if (options%covariance .and. .not. allocated(error)) &
+        if (options%covariance .and. solution%converged .and. .not. allocated(error)) &
             call refuse_implausible(solution%algorithm, solution%offset, solution%covariance, options%largest_offset, error)
         if (.not. allocated(observations%acceleration)) return
         associate (samples => observations%acceleration)
