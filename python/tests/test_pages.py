@@ -160,6 +160,8 @@ def test_level1(tmp_path):
     text = (tmp_path / f"{dates[0]}.html").read_text()
     Reader(text)
     assert text.count("<svg") == 6 and "no-gyros" in text and "None" not in text
+    unseen = json.loads((tmp_path / f"{dates[0]}_files/result.json").read_text())["beliefs"]["undetected_as_stated_mm"]
+    assert "unseen by up to " + ", ".join(f"{1000*value:.0f}" for value in unseen) + " micrometres" in text
     run(tmp_path, "level1", "trend", *(f"{date}_files/result.json" for date in dates), "--report", "trend.html")
     text = (tmp_path / "trend.html").read_text()
     Reader(text)

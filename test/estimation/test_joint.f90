@@ -307,6 +307,12 @@ contains
         call estimate_jointly(runs%information, asked, joint, failure)
         call check(error, all(abs(sigmas(joint%covariance)/joint%runs(3)%sigma - 1) < 1e-3_dp), &
                    'an unknown change')
+        ! of a negated run and one that is 0.2 mm off the others agree best without the former
+        runs(2)%information%point(:3) = -runs(2)%information%point(:3)
+        asked = joint_options_t()
+        call estimate_jointly(runs%information, asked, joint, failure)
+        call act_on_runs(runs, asked, names, joint, action)
+        call check(error, index(action%text, 'second differs from the rest') > 0, action%text)
     end subroutine test_disagreement
 
     !> What is shared is known better; runs that believe different things may not share.

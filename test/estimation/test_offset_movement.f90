@@ -33,7 +33,7 @@ contains
         real(dp), parameter :: PRIOR(N) = [0.0_dp, 0.0_dp, 0.0_dp, 10.0_dp, 10.0_dp]
         type(information_t) :: arc(ARCS)
         type(utc_t) :: times(ARCS)
-        type(movement_t) :: found
+        type(movement_t) :: found, by_span
         type(random_stream_t) :: stream
         type(error_t), allocatable :: failure
         real(dp) :: rows(N, SAMPLES), seen(SAMPLES), share, squares(2), limits(2)
@@ -61,6 +61,12 @@ contains
                 end do
                 call movement_of_arcs(arc, times, PRIOR, spread(0.0_dp, 1, N), found, failure)
                 if (failed(error, failure)) return
+                if (kind /= DRIFT) then
+                    call movement_of_arcs(arc, times, PRIOR, spread(0.0_dp, 1, N), by_span, failure, &
+                                          [(1 + (i - 1)/BEFORE, i=1, ARCS)])
+                    if (failed(error, failure)) return
+                    call check(error, by_span%behind, merge(BEFORE, 0, kind == JUMP), 'between which spans')
+                end if
                 select case (found%kind)
                 case ('none')
                     told(kind) = told(kind) + merge(1, 0, kind == NONE)

@@ -40,6 +40,8 @@ contains
                     new_unittest('units-and-mass', test_units), &
                     new_unittest('orbits-that-differ', test_orbits_apart), &
                     new_unittest('no-manoeuvre', test_no_manoeuvre), &
+                    new_unittest('samples-that-are-none', test_no_samples), &
+                    new_unittest('tags-that-jump', test_tags_that_jump), &
                     new_unittest('requirement-by-axis', test_requirement), &
                     new_unittest('observation-set', test_observation_set)]
     end subroutine collect_level1_estimate
@@ -49,7 +51,7 @@ contains
         type(error_type), allocatable, intent(out) :: error
         type(level1_event_t), allocatable :: events(:)
         type(level1_setup_t) :: setup
-        type(level1_calibration_t) :: calibration
+        type(level1_calibration_t) :: calibration, without_orbit
         type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         integer :: k
@@ -70,6 +72,12 @@ contains
         call check(error, estimate%flag == 1 .and. index(estimate%solutions(1)%reason, 'sign of the accelerometer') == 1, &
                    'sign not confirmed')
         call check(error, estimate%action%kind, CALIBRATE_AGAIN, estimate%action%text)
+        without_orbit = calibration
+        do k = 1, size(calibration%files%paths)
+            if (index(calibration%files%paths(k)%text, 'GNV1B') > 0) without_orbit%files%paths(k)%text = 'none'
+        end do
+        call take_action(without_orbit, estimate)
+        call check(error, index(estimate%action%text, 'GNV1B is missing') > 0, estimate%action%text)
         setup = setup_said()
         setup%signs_known = .true.
         call estimate_level1(calibration, setup, 'estimate', estimate, failure)
@@ -376,7 +384,52 @@ contains
 
         call estimate_day('l1_quiet', flaws_t(quiet=.true.), setup_said(), calibration, estimate, failure)
         call check_fails(error, failure, 'no manoeuvre found')
+        if (day_fails(error, 'l1_late', flaws_t(), setup_said(), calibration, estimate)) return
+        calibration%spans%start = calibration%spans%start + 600
+        calibration%spans%stop = calibration%spans%stop + 600
+        call estimate_level1(calibration, setup_said(), 'estimate', estimate, failure)
+        call check_fails(error, failure, 'no manoeuvre found ... the currents show one, of 4 spans, from 2020-02-01')
     end subroutine test_no_manoeuvre
+
+    !> An axis that shows one value in a span, and fill values, are refused by their column, span, value and time.
+    subroutine test_no_samples(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(level1_calibration_t) :: calibration, good
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+
+        if (day_fails(error, 'l1_none', flaws_t(), setup_said(), good, estimate)) return
+        calibration = good
+        calibration%spans(2)%linear(2, 20:) = 1.5e-7_dp
+        call estimate_level1(calibration, setup_said(), 'estimate', estimate, failure)
+        call check_fails(error, failure, 'accelerometer y of the SRF (lin_accl_x of ACC1A): most samples of span 2 are 1.5e-7 '// &
+                         '... the axis does not measure')
+        calibration = good
+        calibration%spans(3)%linear(1, 20:29) = -999
+        call estimate_level1(calibration, setup_said(), 'estimate', estimate, failure)
+        call check_fails(error, failure, '(lin_accl_z of ACC1A): 10 samples of span 3 ... -999 m/s^2 at 2020-02-01 ... GPS')
+    end subroutine test_no_samples
+
+    !> Tags of the accelerometer that jump by 0.3 s within a span and stay so are told; those that are late all the time are not.
+    subroutine test_tags_that_jump(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        integer :: i
+
+        if (day_fails(error, 'l1_tags', flaws_t(lag=0.1_dp), setup_said(), calibration, estimate)) return
+        call check(error, .not. says(estimate%findings, 'jump'), 'late')
+        do i = 2, size(calibration%spans)
+            associate (times => calibration%spans(i)%time, middle => calibration%spans(2)%start + 30)
+                where (times > middle) times = times + 0.3_dp
+            end associate
+        end do
+        call estimate_level1(calibration, setup_said(), 'estimate', estimate, failure)
+        if (failed(error, failure)) return
+        call check(error, estimate%action%kind == DO_NOT_USE .and. says(estimate%findings, 'the tags of the accelerometer '// &
+                   'jump by about 0.3'), estimate%action%text)
+    end subroutine test_tags_that_jump
 
     !> The requirement holds for each axis: 0.09 mm on all three is within it, though the vector is 0.16 mm long.
     subroutine test_requirement(error)

@@ -8,6 +8,7 @@ module gracecg_level1_estimation
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_offset_movement, only: movement_of_arcs
     use gracecg_estimation_options, only: estimation_options_t
+    use gracecg_observations_observation_set, only: LARGEST_ACCELERATION
     use gracecg_observations_parameters
     use gracecg_level1_calibration, only: level1_calibration_t, NO_CURRENTS
     use gracecg_level1_gyros, only: gyro_axes_t, fit_gyro_axes
@@ -15,6 +16,8 @@ module gracecg_level1_estimation
     use gracecg_level1_judgement, only: name_faults, judge, take_action
     use gracecg_level1_outcome, only: WORST_CONDITION, level1_estimate_t, LEVEL1_SOURCES, level1_solution_t
     use gracecg_level1_setup, only: level1_setup_t, leakage_sigmas
+    use gracecg_level1_spans, only: find_spans
+    use gracecg_level1_time, only: gps_date_text
     use gracecg_level1_to_observations, only: arcs_of_spans, SAMPLE
     implicit none
     private
@@ -57,6 +60,7 @@ contains
 
         type(gyro_axes_t) :: axes
         type(error_t), allocatable :: failure
+        real(dp), allocatable :: shown(:, :)        ! spans, by the currents
         integer :: i
 
         allocate (estimate%findings(0), estimate%remarks(0), estimate%solutions(0))
@@ -66,10 +70,16 @@ contains
         end if
         calibration%setup = said
         if (calibration%mass > 0) calibration%setup%mass = calibration%mass
+        call refuse_samples(calibration, error)
+        if (allocated(error)) return
         call find_driven(calibration, estimate%rods%driven)
         if (.not. any(estimate%rods%driven)) then
             call fail(error, 'no manoeuvre found: '//pick_text(calibration%largest_current > 0, 'in no usable span the current '// &
                       'of a rod ranges over more than excitation_ma', NO_CURRENTS))
+            call find_spans(calibration%current_time, calibration%current, calibration%setup, shown)
+            if (size(shown) > 0) error%message = error%message//'; the currents show one, of '//integer_text(size(shown, 2))// &
+                ' spans, from '//gps_date_text(calibration%epoch, shown(1, 1))//' GPS on: correct the times of '// &
+                trim(calibration%spans_from)//', or leave it out'
             return
         end if
         if (calibration%all_day) call refuse_short_manoeuvre(calibration, error)
@@ -91,6 +101,41 @@ contains
         call take_action(calibration, estimate)
     end subroutine estimate_level1
 
+    !> Fails where samples of the accelerometer that are left are none: one is more than any satellite shows, or most of a span are
+    !> one value.
+    subroutine refuse_samples(calibration, error)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(error_t), allocatable, intent(out) :: error
+
+        character(60) :: name       ! of the axis
+        real(dp) :: usual
+        integer :: i, k, n
+
+        do i = 1, size(calibration%spans)
+            if (.not. calibration%spans(i)%used) cycle
+            do k = 1, 3
+                associate (samples => calibration%spans(i)%linear(k, :), times => calibration%spans(i)%time, &
+                           column => calibration%setup%accelerometer_axes(k))
+                    if (size(samples) == 0) cycle
+                    name = 'accelerometer '//AXES(k)//' of the SRF (lin_accl_'//AXES(abs(column))//' of ACC1A)'
+                    n = maxloc(abs(samples), 1)
+                    usual = median_of(samples)
+                    if (abs(samples(n)) > LARGEST_ACCELERATION) then
+                        call fail(error, trim(name)//': '//integer_text(count(abs(samples) > LARGEST_ACCELERATION))// &
+                                  ' samples of span '//integer_text(i)//' are larger than any satellite shows, as '// &
+                                  trim(rounded_text(sign(1, column)*samples(n), 4))//' m/s^2 at '//gps_date_text( &
+                                  calibration%epoch + floor(times(n), i8), times(n) - floor(times(n)))//' GPS: fill values, '// &
+                                  'or another unit; leave such records out, or set bits of their qualflg')
+                    else if (2*count(.not. abs(samples - usual) > 0) > size(samples)) then
+                        call fail(error, trim(name)//': most samples of span '//integer_text(i)//' are '// &
+                                  trim(rounded_text(sign(1, column)*usual, 4))//' m/s^2: the axis does not measure')
+                    end if
+                end associate
+                if (allocated(error)) return
+            end do
+        end do
+    end subroutine refuse_samples
+
     !> Where something is wrong, the same with two moments of inertia of the setup exchanged: if nothing is then, that is why.
     subroutine try_exchanged_moments(calibration, gyros, leakage, estimate)
         type(level1_calibration_t), intent(in) :: calibration
@@ -99,12 +144,14 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate      !! Its findings
 
         real(dp), parameter :: ALIKE = 0.03_dp      ! Relative: such moments are not told apart
+        real(dp), parameter :: FACTOR = 1.5_dp      ! Of the gains of all rods, chosen: the exchanged moments have the same sum
         type(level1_calibration_t) :: other
         type(level1_estimate_t) :: tried
         type(error_t), allocatable :: failure
         integer :: i, k
 
         if (size(estimate%findings) == 0 .or. .not. all(estimate%rods%driven)) return
+        if (minval(estimate%rods%gain) > FACTOR .or. maxval(estimate%rods%gain) < 1/FACTOR) return     ! all moments are off
         if (.not. estimate%solutions(1)%beliefs%has_contradiction()) return
         do i = 1, 3
             k = mod(i, 3) + 1
@@ -265,8 +312,11 @@ contains
                 call combine_arcs(one, prior, error)
                 if (allocated(error)) return
             end if
-            if (i == 1 .and. calibration%all_day) &
+            if (i == 1 .and. calibration%all_day) then
                 call movement_of_arcs(one%arcs, middle, prior, one%at, estimate%movement, error)
+            else if (i == 1) then
+                call movement_of_arcs(one%arcs, middle, prior, one%at, estimate%movement, error, estimate%span_of)
+            end if
             if (allocated(error)) return
             solution%rms = fit%rms
             solution%samples = fit%samples

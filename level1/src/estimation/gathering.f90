@@ -413,6 +413,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         real(dp), parameter :: APART = 0.01_dp      ! relative: more is told
+        real(dp), parameter :: MOST_GAS = 100       ! kg, of a tank, chosen: those of GRACE and GRACE-FO hold less than 20
         type(level1_records_t) :: records
         type(string_t), allocatable :: found(:)
         integer :: i
@@ -428,6 +429,8 @@ contains
             end do
             call take_mass('mass_tnk', calibration%mass)
             call take_mass('mass_thr', calibration%mass)
+            if (maxval(calibration%gas) > MOST_GAS) call note(calibration, records%layout%product//': '// &
+                trim(rounded_text(maxval(calibration%gas), 5))//' kg of gas in a tank, which holds some 20 kg: another unit?')
         end if
         associate (said => calibration%setup%mass)
             if (calibration%mass < 0 .and. .not. said > 0) then

@@ -1,7 +1,7 @@
 !> The judgement of an estimate from Level-1 data: names of what is wrong, and flags of its solutions.
 module gracecg_level1_judgement
     use gracecg_level1_basics
-    use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset
+    use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset, CALIBRATE_AGAIN
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_offset_movement, only: movement_words, axis_words
@@ -9,8 +9,8 @@ module gracecg_level1_judgement
     use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
     use gracecg_level1_setup, only: leakage_sigmas
-    use gracecg_level1_time_shifts, only: say_shift
-    use gracecg_observations_parameters, only: ROD_GAIN
+    use gracecg_level1_time_shifts, only: say_shift, say_jump
+    use gracecg_observations_parameters, only: ROD_GAIN, FIELD_DELAY
     use gracecg_spacecraft_rod_leakage, only: USUAL_LEAKAGE
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
@@ -33,7 +33,9 @@ contains
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
+        character(5), parameter :: TELLING(2) = ['SCA1B', 'GNV1B']     ! Files without which nothing is seen along the orbit
         type(known_offset_t) :: known
+        integer :: k
 
         associate (first => estimate%solutions(1))
             if (first%flag > 1 .and. size(estimate%findings) > 0) then
@@ -46,6 +48,12 @@ contains
                 known = known_of(first%offset, first%covariance, first%beliefs)
                 known%signs_seen = all(calibration%follows == 1)
                 call decide(known, calibration%setup%mass, estimate%action)
+                if (estimate%action%kind == CALIBRATE_AGAIN .and. .not. any([known%signs_known, known%signs_seen])) then
+                    do k = 1, size(TELLING)
+                        if (calibration%files%days_with(TELLING(k)) == 0) estimate%action%text = estimate%action%text// &
+                            '; '//TELLING(k)//' is missing, which with the others would tell the signs along the orbit'
+                    end do
+                end if
                 if (first%flag == 1) estimate%action%text = estimate%action%text//'; with care: '//trim(first%reason)
             end if
         end associate
@@ -68,6 +76,11 @@ contains
         end if
         call say_shift(estimate%arcs, calibration%has_angular, shifted)
         if (shifted /= '') then     ! what follows would blame signs, axes, gains
+            call append(estimate%findings, shifted)
+            return
+        end if
+        if (calibration%has_angular) call say_jump(estimate, shifted)
+        if (shifted /= '') then
             call append(estimate%findings, shifted)
             return
         end if
@@ -114,14 +127,20 @@ contains
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
             'accelerations about an axis are zero, and the linear ones may be those of the other satellite')
         associate (moved => estimate%movement)
-            if (moved%kind /= 'none') call append(estimate%findings, 'the offset is not the same all the time: '// &
-                trim(movement_words(moved))//'; in the end it is '//trim(axis_words(moved%offset/MILLIMETRE, &
+            if (moved%kind /= 'none' .and. calibration%all_day) call append(estimate%findings, 'the offset is not the same all '// &
+                'the time: '//trim(movement_words(moved))//'; in the end it is '//trim(axis_words(moved%offset/MILLIMETRE, &
                 sqrt([(moved%covariance(k, k), k=1, 3)])/MILLIMETRE))//' mm')
         end associate
         k = count(estimate%disturbed)
         if (k > 0) call append(estimate%remarks, integer_text(k)//' of '//integer_text(size(estimate%disturbed))// &
                                ' arcs are disturbed: their noise is larger than that of the others, and they count less')
         if (size(estimate%findings) == 0) call look_at_beliefs(calibration, estimate)
+        associate (moved => estimate%movement)      ! what else is wrong may look like it
+            if (moved%kind /= 'none' .and. size(estimate%findings) == 0) call append(estimate%findings, 'd changes by '// &
+                trim(axis_words(moved%change/MICROMETRE, moved%sigma/MICROMETRE))//' um between span '// &
+                integer_text(estimate%span_of(moved%behind))//' and span '//integer_text(estimate%span_of(moved%behind + 1))// &
+                ': were masses moved?')
+        end associate
     end subroutine name_faults
 
     !> Currents that read zero in a part of a span in which the satellite goes on as if the rod was driven: what the angular
@@ -212,8 +231,10 @@ contains
         real(dp), parameter :: LARGEST = 10*MILLIMETRE      ! No satellite of these missions has such an offset
         real(dp), parameter :: MOST = 3                     ! What light may be off, either way: surfaces are hardly known
         real(dp), parameter :: SIGMAS = 3, CERTAIN = 5      ! Chosen: light is seen at all
+        real(dp), parameter :: CLEARLY = 1.3_dp             ! Chosen: tags explain 1.02 times, a turn of the attitude 1.8 times
         real(dp), parameter :: GYRATION(2) = [0.15_dp, 2.0_dp]      ! Least and greatest radius, m, chosen: GRACE has 0.9
         real(dp) :: radius
+        character(:), allocatable :: by_orbit, by_setup     ! What explains the field
         integer :: k
 
         radius = sqrt(maxval(calibration%setup%inertia)/calibration%setup%mass)
@@ -243,9 +264,23 @@ contains
         if (maxval(abs(estimate%solutions(1)%offset)) > LARGEST) call append(estimate%findings, 'an offset of '// &
             trim(rounded_text(maxval(abs(estimate%solutions(1)%offset))/MILLIMETRE, 3))//' mm is none of these satellites '// &
             '(at most 10 mm): check the unit of the linear accelerations, mass and inertia')
-        if (abs(calibration%orbit_delay) > 0) call append(estimate%findings, 'tags of the orbit are '// &
-            trim(rounded_text(calibration%orbit_delay, 2))//' s off by the field that the magnetometer sees along it: GPS '// &
-            'time less UTC is 18 s since 2017, 13 to 17 s before')
+        if (.not. abs(calibration%orbit_delay) > 0) return
+        by_orbit = 'tags of the orbit are '//trim(rounded_text(calibration%orbit_delay, 2))//' s off by the field that the '// &
+            'magnetometer sees along it: GPS time less UTC is 18 s since 2017, 13 to 17 s before'
+        if (is_contradicted(estimate%solutions(1))) then
+            associate (report => estimate%solutions(1)%beliefs)
+                call say_contradiction(report, by_setup)
+                if (size(report%explanations) > 0) then     ! tags of the orbit look like those of the field
+                    if (maxval(abs(report%values%score)) > &
+                        CLEARLY*maxval(abs(report%values%score), mask=report%values%belief == FIELD_DELAY)) then
+                        by_orbit = by_setup//'; or '//by_orbit
+                    else
+                        by_orbit = by_orbit//'; or '//by_setup
+                    end if
+                end if
+            end associate
+        end if
+        call append(estimate%findings, by_orbit)
     end subroutine look_along_orbit
 
     !> What the samples contradict where no cause has a name: a fault if the offset would be another by more than sources may

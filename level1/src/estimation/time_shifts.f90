@@ -1,13 +1,16 @@
 !> Whether currents, attitude and accelerometer show the manoeuvre at the same time: tags of one of them that are seconds off (a
-!> leap second, GPS time taken as UTC) look like wrong signs, axes or gains.
+!> leap second, GPS time taken as UTC) look like wrong signs, axes or gains; those of the accelerometer may jump by less.
 module gracecg_level1_time_shifts
     use gracecg_level1_basics
+    use gracecg_environment_time, only: utc_text
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t
     use gracecg_level1_held_currents, only: rod_accelerations
+    use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_series, only: interpolate
     implicit none
     private
-    public :: say_shift
+    public :: say_shift, say_jump
 
     real(dp), parameter :: STEP = 0.5_dp        !! Of the times that are compared, s
     integer, parameter :: LAGS = 38             !! Shifts either way, in steps: 19 s
@@ -49,6 +52,75 @@ contains
         text = text//' would follow the torque of the rods then; leap seconds, or GPS time taken as another'
     end subroutine say_shift
 
+    !> Whether the delay of the accelerometer is another from some time on: its tags jump there. What its channels leave at the fit
+    !> is then the rate of the rods' torque times what the delay is off, which is found before and behind every sample. The
+    !> best place counts; by how much is told by the channels less the torque, for the fit takes up some of it.
+    subroutine say_jump(estimate, text)
+        type(level1_estimate_t), intent(in) :: estimate     !! With residuals of the channels
+        character(:), allocatable, intent(out) :: text      !! Without a full stop; empty: they do not jump
+
+        real(dp), parameter :: HALF = 0.5_dp        ! s: torques are differenced over as much either way
+        real(dp), parameter :: LEAST = 0.02_dp      ! s, chosen: it moves d by some 5 um
+        real(dp), parameter :: SIGMAS = 15          ! Of white noise, chosen
+        integer, parameter :: FEWEST = 50           ! Samples on either side
+        type(torque_rods_t) :: rods
+        real(dp), allocatable :: product(:, :), square(:), gain(:), time(:)     ! products with what is left, and less torque
+        integer, allocatable :: arc(:)
+        real(dp) :: acted(3, 3), rate(3), squares, t, jump
+        integer :: i, k, n, epoch
+
+        text = ''
+        n = sum([(size(estimate%arcs(i)%accelerometer_time), i=1, size(estimate%arcs))])
+        allocate (product(0:n, 2), source=0.0_dp)
+        allocate (square(0:n), gain(n), time(n), source=0.0_dp)
+        allocate (arc(n))
+        squares = 0
+        n = 0
+        do i = 1, size(estimate%arcs)
+            associate (set => estimate%arcs(i), left => estimate%residuals(i))
+                rods = set%knowledge%rods
+                rods%gain = estimate%rods%gain
+                rods%delay = estimate%rods%delay + estimate%accelerometer_delay
+                do k = 1, size(set%accelerometer_time)      ! those, too, that the fit leaves out
+                    t = set%accelerometer_time(k)
+                    if (t < HALF .or. t > set%knowledge%duration - HALF) cycle
+                    epoch = 1 + nint(t/set%knowledge%accelerometer_interval)
+                    acted = rod_accelerations(set, rods, [t - HALF, t, t + HALF], .true.)
+                    rate = (acted(:, 3) - acted(:, 1))/(2*HALF)
+                    n = n + 1
+                    product(n, :) = product(n - 1, :) - [sum(rate*left%angular(:, epoch)), &
+                        sum(rate*(set%angular_acceleration(:, k) - acted(:, 2)))]
+                    square(n) = square(n - 1) + sum(rate**2)
+                    squares = squares + sum(left%angular(:, epoch)**2)
+                    time(n) = t
+                    arc(n) = i
+                end do
+            end associate
+        end do
+        if (n < 2*FEWEST) return
+        gain = 0
+        do k = FEWEST, n - FEWEST
+            if (square(k) > 0 .and. square(n) > square(k)) gain(k) = jump_at(k, 1)**2*square(k)*(square(n) - square(k))/ &
+                square(n)
+        end do
+        k = maxloc(gain, 1)
+        jump = jump_at(k, 2)
+        if (abs(jump_at(k, 1)) < LEAST .or. gain(k) < SIGMAS**2*(squares - product(n, 1)**2/square(n) - gain(k))/(3*n)) return
+        text = 'the tags of the accelerometer jump by about '//trim(rounded_text(jump, 2))//' s at '// &
+               trim(utc_text(utc_plus(estimate%arcs(arc(k))%knowledge%epoch, time(k))))//' UTC, in or behind span '// &
+               integer_text(estimate%span_of(arc(k)))//': its delay is another from there on; correct the tags, or give the '// &
+               'spans before or behind it alone'
+
+    contains
+
+        !> By how much the delay is more behind a sample than before it, s.
+        pure real(dp) function jump_at(k, by)
+            integer, intent(in) :: k, by            !! 1: by what the fit leaves; 2: by the channels less the torque
+
+            jump_at = (product(n, by) - product(k, by))/(square(n) - square(k)) - product(k, by)/square(k)
+        end function jump_at
+    end subroutine say_jump
+
     !> By how much later than the torque of the rods the satellite turns as attitude or channels show.
     subroutine find_lag(arcs, by_channels, lag, clear)
         type(observation_set_t), intent(in) :: arcs(:)
@@ -57,16 +129,26 @@ contains
         logical, intent(out) :: clear               !! They are alike with this lag, and less so with others
 
         real(dp) :: products(3, -LAGS:LAGS), seen(3, -LAGS:LAGS), acted(3, -LAGS:LAGS), correlation(-LAGS:LAGS)
-        real(dp), allocatable :: torque(:, :), turned(:, :)
-        integer :: i, k, n, shift
+        real(dp), allocatable :: torque(:, :), turned(:, :), by_rod(:, :, :)
+        real(dp) :: normal(3, 3), rhs(3), gain(3), inverse(3, 3), condition     ! of each rod without a lag
+        type(torque_rods_t) :: one
+        type(error_t), allocatable :: failure
+        integer :: i, k, n, shift, rod
 
         products = 0
+        normal = 0
+        rhs = 0
         seen = tiny(1.0_dp)
         acted = tiny(1.0_dp)
         do i = 1, min(size(arcs), MOST_ARCS)
             n = floor(arcs(i)%knowledge%duration/STEP)
-            allocate (torque(3, 0:n), turned(3, 0:n))
-            torque(:, :) = rod_accelerations(arcs(i), arcs(i)%knowledge%rods, [(k*STEP, k=0, n)], .true.)
+            allocate (turned(3, 0:n), by_rod(3, 0:n, 3))
+            do rod = 1, 3
+                one = arcs(i)%knowledge%rods
+                one%measured%moment(pack([1, 2, 3], [1, 2, 3] /= rod), :) = 0
+                by_rod(:, :, rod) = rod_accelerations(arcs(i), one, [(k*STEP, k=0, n)], .true.)
+            end do
+            allocate (torque(3, 0:n), source=sum(by_rod, 3))
             if (by_channels) then
                 do k = 0, n
                     call interpolate(arcs(i)%accelerometer_time, arcs(i)%angular_acceleration, k*STEP, turned(:, k))
@@ -81,11 +163,24 @@ contains
                     seen(:, shift) = seen(:, shift) + covariance(b, b)
                 end associate
             end do
-            deallocate (torque, turned)
+            do rod = 1, 3
+                rhs(rod) = rhs(rod) + sum(covariance(by_rod(:, :, rod), turned))
+                do k = 1, 3
+                    normal(k, rod) = normal(k, rod) + sum(covariance(by_rod(:, :, k), by_rod(:, :, rod)))
+                end do
+            end do
+            deallocate (torque, turned, by_rod)
         end do
         correlation = sum(products/sqrt(acted*seen), 1)/3
         shift = maxloc(correlation, 1) - LAGS - 1
         if (correlation(shift) < max(correlation(0) + BETTER, -correlation(0))) shift = 0      ! or the sign is wrong
+        do rod = 1, 3
+            if (.not. normal(rod, rod) > 0) normal(rod, rod) = 1        ! it is not driven
+        end do
+        call solve_normal_equations(normal, rhs, gain, inverse, condition, failure)
+        if (.not. allocated(failure)) then          ! or that of a rod
+            if (minval(gain) < 0 .and. dot_product(gain, rhs) > correlation(shift)**2*sum(seen(:, 0))) shift = 0
+        end if
         lag = shift*STEP
         clear = correlation(shift) > ALIKE
     end subroutine find_lag

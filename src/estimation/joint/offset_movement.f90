@@ -32,24 +32,29 @@ module gracecg_estimation_offset_movement
         real(dp) :: gain = 0                    !! By which it lowers chi square
         real(dp) :: probability = 1             !! That chance makes so much somewhere
         real(dp) :: offset(3) = 0, covariance(3, 3) = 0     !! d in the end, of arcs alone: m, m^2
+        integer :: behind = 0                   !! Of arcs the one behind which it jumps, likeliest; 0: a drift, or none
     end type movement_t
 
     integer, parameter :: LEAST_ARCS = 4        !! Before and behind a jump
+    real(dp), parameter :: LEVEL = 0.01_dp      !! Of chance, beyond which something is told
+    real(dp), parameter :: SPAN_LEVEL = 1e-3_dp     !! The same between the spans of a manoeuvre: of a thousand one is told
 
 contains
 
     !> The likelier of a jump and a drift of the offset over the arcs of a fit. Fails when the shared parameters are not
     !> determined.
-    subroutine movement_of_arcs(arcs, times, prior, at, movement, error)
+    subroutine movement_of_arcs(arcs, times, prior, at, movement, error, spans)
         type(information_t), intent(in) :: arcs(:)      !! About corrections of the shared parameters; the offset's are the first
         type(utc_t), intent(in) :: times(:)             !! Of the arcs, rising
         real(dp), intent(in) :: prior(:)                !! A-priori standard deviations of what is shared, SI units; 0: none
         real(dp), intent(in) :: at(:)                   !! Values about which these are corrections, SI units
         type(movement_t), intent(out) :: movement
         type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: spans(:)       !! Of the arcs: a jump between two of them; absent: anywhere, or a drift
 
         real(dp), parameter :: AS_LIKELY = 6    ! Of chi square: places within it may be the jump's (nine in ten are: suite joint)
-        type(movement_t) :: jumps(LEAST_ARCS:max(LEAST_ARCS, size(arcs) - LEAST_ARCS)), drift, likelier
+        type(movement_t) :: jumps(size(arcs)), drift, likelier
+        logical :: may(size(arcs))                      ! it jump behind an arc
         type(information_t) :: all
         real(dp), dimension(size(prior), size(prior)) :: covariance
         real(dp) :: value(size(prior)), length
@@ -61,23 +66,32 @@ contains
         if (allocated(error)) return
         movement%offset = at(:3) + value(:3)
         movement%covariance = covariance(:3, :3)
-        if (n < 2*LEAST_ARCS) return
+        may = [(i >= LEAST_ARCS .and. i <= n - LEAST_ARCS, i=1, n)]
+        if (present(spans)) may = [(spans(min(i + 1, n)) /= spans(i), i=1, n)]
+        if (.not. any(may)) return
+        do k = 1, n
+            if (may(k)) call look([(merge(1.0_dp, 0.0_dp, i > k), i=1, n)], jumps(k))
+        end do
+        best = maxloc(jumps%gain, 1, may)
+        jumps(best)%kind = 'jump'
+        jumps(best)%behind = best
+        jumps(best)%probability = chance_of_jump(jumps(best)%gain, count(may))
+        if (present(spans)) then
+            jumps(best)%from = times(best)
+            jumps(best)%to = times(best + 1)
+            if (jumps(best)%probability <= SPAN_LEVEL) movement = jumps(best)
+            return
+        end if
         length = seconds_between(times(1), times(n))
         call look([(seconds_between(times(1), times(i))/length, i=1, n)], drift)
         drift%kind = 'drift'
         drift%from = times(1)
         drift%to = times(n)
         drift%probability = chi_square_tail(drift%gain, 3)
-        do k = lbound(jumps, 1), ubound(jumps, 1)
-            call look([(merge(1.0_dp, 0.0_dp, i > k), i=1, n)], jumps(k))
-        end do
-        best = lbound(jumps, 1) - 1 + maxloc(jumps%gain, 1)
-        first = lbound(jumps, 1) - 1 + findloc(jumps%gain > jumps(best)%gain - AS_LIKELY, .true., 1)
-        last = lbound(jumps, 1) - 1 + findloc(jumps%gain > jumps(best)%gain - AS_LIKELY, .true., 1, back=.true.)
-        jumps(best)%kind = 'jump'
+        first = findloc(may .and. jumps%gain > jumps(best)%gain - AS_LIKELY, .true., 1)
+        last = findloc(may .and. jumps%gain > jumps(best)%gain - AS_LIKELY, .true., 1, back=.true.)
         jumps(best)%from = times(first)
         jumps(best)%to = times(last + 1)
-        jumps(best)%probability = chance_of_jump(jumps(best)%gain, size(jumps))
         likelier = likelier_movement(jumps(best), drift)
         if (likelier%kind /= 'none') movement = likelier
 
@@ -123,7 +137,6 @@ contains
         type(movement_t), intent(in) :: jump, drift
         type(movement_t) :: movement
 
-        real(dp), parameter :: LEVEL = 0.01_dp      ! Of chance, beyond which something is told
         real(dp), parameter :: CLEARLY = 9          ! Of chi square, by which one explains more than the other: 1 of 100
 
         movement = movement_t()
