@@ -68,7 +68,8 @@ contains
         real(dp), parameter :: SIGMAS = 15          ! Of white noise, chosen
         integer, parameter :: FEWEST = 50           ! Samples on either side
         type(torque_rods_t) :: rods
-        real(dp), allocatable :: product(:, :), square(:), gain(:), time(:)     ! products with what is left, and less torque
+        real(dp), allocatable :: product(:, :), square(:), gain(:), time(:)     ! products with what is left, and with `seen`
+        real(dp), allocatable :: seen(:, :)         ! by the channels of an arc less the torque, about its mean
         integer, allocatable :: arc(:)
         real(dp) :: rate(3), squares, t, jump
         integer :: i, k, n, epoch
@@ -85,14 +86,18 @@ contains
                 rods = set%knowledge%rods
                 rods%gain = estimate%rods%gain
                 rods%delay = estimate%rods%delay + estimate%accelerometer_delay
-                do k = 1, size(set%accelerometer_time)      ! those, too, that the fit leaves out
+                seen = set%angular_acceleration
+                do k = 1, size(seen, 2)
+                    seen(:, k) = seen(:, k) - rod_acceleration(set, rods, set%accelerometer_time(k), .true.)
+                end do
+                seen = seen - spread(sum(seen, 2)/size(seen, 2), 2, size(seen, 2))
+                do k = 1, size(seen, 2)     ! those samples, too, that the fit leaves out
                     t = set%accelerometer_time(k)
                     if (t < HALF .or. t > set%knowledge%duration - HALF) cycle
                     epoch = 1 + nint(t/set%knowledge%accelerometer_interval)
                     rate = (rod_acceleration(set, rods, t + HALF, .true.) - rod_acceleration(set, rods, t - HALF, .true.))/(2*HALF)
                     n = n + 1
-                    product(n, :) = product(n - 1, :) - [sum(rate*left%angular(:, epoch)), &
-                        sum(rate*(set%angular_acceleration(:, k) - rod_acceleration(set, rods, t, .true.)))]
+                    product(n, :) = product(n - 1, :) - [sum(rate*left%angular(:, epoch)), sum(rate*seen(:, k))]
                     square(n) = square(n - 1) + sum(rate**2)
                     squares = squares + sum(left%angular(:, epoch)**2)
                     time(n) = t
