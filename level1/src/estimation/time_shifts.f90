@@ -64,9 +64,10 @@ contains
         real(dp), parameter :: SIGMAS = 15          ! Of white noise, chosen
         integer, parameter :: FEWEST = 50           ! Samples on either side
         type(torque_rods_t) :: rods
-        real(dp), allocatable :: product(:, :), square(:), gain(:), time(:)     ! products with what is left, and less torque
+        real(dp), allocatable :: product(:, :), square(:), gain(:), time(:)     ! products with what is left, and with `seen`
+        real(dp), allocatable :: seen(:, :)         ! by the channels of an arc less the torque, about its mean
         integer, allocatable :: arc(:)
-        real(dp) :: acted(3, 3), rate(3), squares, t, jump
+        real(dp) :: acted(3, 2), rate(3), squares, t, jump
         integer :: i, k, n, epoch
 
         text = ''
@@ -81,15 +82,16 @@ contains
                 rods = set%knowledge%rods
                 rods%gain = estimate%rods%gain
                 rods%delay = estimate%rods%delay + estimate%accelerometer_delay
-                do k = 1, size(set%accelerometer_time)      ! those, too, that the fit leaves out
+                seen = set%angular_acceleration - rod_accelerations(set, rods, set%accelerometer_time, .true.)
+                seen = seen - spread(sum(seen, 2)/size(seen, 2), 2, size(seen, 2))
+                do k = 1, size(seen, 2)     ! those samples, too, that the fit leaves out
                     t = set%accelerometer_time(k)
                     if (t < HALF .or. t > set%knowledge%duration - HALF) cycle
                     epoch = 1 + nint(t/set%knowledge%accelerometer_interval)
-                    acted = rod_accelerations(set, rods, [t - HALF, t, t + HALF], .true.)
-                    rate = (acted(:, 3) - acted(:, 1))/(2*HALF)
+                    acted = rod_accelerations(set, rods, [t - HALF, t + HALF], .true.)
+                    rate = (acted(:, 2) - acted(:, 1))/(2*HALF)
                     n = n + 1
-                    product(n, :) = product(n - 1, :) - [sum(rate*left%angular(:, epoch)), &
-                        sum(rate*(set%angular_acceleration(:, k) - acted(:, 2)))]
+                    product(n, :) = product(n - 1, :) - [sum(rate*left%angular(:, epoch)), sum(rate*seen(:, k))]
                     square(n) = square(n - 1) + sum(rate**2)
                     squares = squares + sum(left%angular(:, epoch)**2)
                     time(n) = t
