@@ -153,7 +153,8 @@ contains
         if (study%case%pattern_rule /= AS_DRIVEN) rods = 'rods by the rule '//trim(study%case%pattern_rule)//', not as the '// &
                                                          'case drives them'
         call console%paragraph(rods//'; field in body axes; '// &
-                               'amplitude of the angular acceleration; predicted sigma of the CG offset')
+                               'amplitude of the angular acceleration; predicted sigma of the CG offset by assest-fde (the '// &
+                               'limit of any estimator: gracecg bound)')
         call console%line('')
         call console%table(marked_places_table(study))
         call console%line('(best x: the least sigma of x; best all: the largest of the three is least)')
