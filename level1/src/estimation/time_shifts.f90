@@ -117,7 +117,7 @@ contains
 
         !> By how much the delay is more behind a sample than before it, s.
         pure real(dp) function jump_at(k, by)
-            integer, intent(in) :: k, by            !! 1: by what the fit leaves; 2: by the channels less the torque
+            integer, intent(in) :: k, by            !! A sample; 1 by what the fit leaves, 2 by the channels less the torque
 
             jump_at = (product(n, by) - product(k, by))/(square(n) - square(k)) - product(k, by)/square(k)
         end function jump_at

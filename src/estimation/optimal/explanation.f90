@@ -159,7 +159,7 @@ contains
     subroutine explain_failure(observations, options, text)
         type(observation_set_t), intent(in) :: observations
         type(estimation_options_t), intent(in) :: options
-        character(:), allocatable, intent(out) :: text      !! Empty: no explanation
+        character(:), allocatable, intent(out) :: text      !! Empty if there is no explanation
 
         integer, parameter :: OF_QUATERNIONS(4) = [20, 21, 22, 23]     ! among ALTERATIONS
         type(observation_set_t) :: others(size(OF_QUATERNIONS))

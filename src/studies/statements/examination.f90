@@ -108,7 +108,7 @@ contains
     !> A statement of two halves holds when both do, and in part when one does.
     subroutine conclude_halves(self, holds_half, halves, found)
         class(examination_t), intent(inout) :: self
-        logical, intent(in) :: holds_half(2)
+        logical, intent(in) :: holds_half(2)        !! Whether each half does
         character(*), intent(in) :: halves(2)       !! In words
         character(*), intent(in) :: found           !! As of conclude
 
