@@ -97,7 +97,7 @@ contains
 
     !> The places of numbers by their size, the least first; of equals the first. By halves that are merged.
     pure recursive function order_of(values) result(order)
-        real(dp), intent(in) :: values(:)
+        real(dp), intent(in) :: values(:)    !! Any unit
         integer :: order(size(values))
 
         integer :: halves(size(values)), i, k, n, half
