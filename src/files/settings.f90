@@ -29,6 +29,7 @@ module gracecg_files_settings
     type :: settings_t
         type(error_t), allocatable :: failure   !! The first thing that went wrong
         logical, private :: reading = .false.
+        logical, private :: checking = .false.              ! what would be written, without writing it
         character(:), allocatable, private :: group_name    ! the present one
         integer, private :: group_index = 1                 ! which of that name
         type(text_file_t), private :: source                ! what is read
@@ -39,6 +40,7 @@ module gracecg_files_settings
         procedure :: open => open_settings  !! Reads a file, whose settings the description then fills in
         procedure :: open_text              !! The same of a text in memory
         procedure :: finish                 !! After reading: fails when something failed, or a key was never asked for
+        procedure :: check_only             !! What is described from now on is only checked
         procedure :: to_text                !! What was written
         procedure :: save => save_settings  !! The same into a file
         procedure :: comment                !! Writes a line of comment
@@ -182,6 +184,13 @@ contains
         call file%commit(error)
     end subroutine save_settings
 
+    !> What is described from now on must lie in the ranges that it has in a file, and is not written: `finish` tells.
+    subroutine check_only(self)
+        class(settings_t), intent(inout) :: self
+
+        self%checking = .true.
+    end subroutine check_only
+
     !> A line of comment in what is written.
     subroutine comment(self, text)
         class(settings_t), intent(inout) :: self
@@ -303,6 +312,10 @@ contains
         if (present(factor)) scale = factor
         if (.not. self%reading) then
             if (.not. all(ieee_is_finite(values))) call refuse(self, 'key "'//key//'": its value is not a finite number')
+            i = findloc(values/scale < low*(1 - epsilon(low)) .or. values/scale > high*(1 + epsilon(high)), .true., 1)
+            if (self%checking .and. i > 0) call self%reject(key, real_text(values(i)/scale)//' is outside the allowed range; '// &
+                                                            'it must be '//trim(allowed_real(low, high, unit)))
+            if (self%checking) return
             text = ''
             do i = 1, size(values)
                 text = text//', '//real_text(in_file_unit(values(i), scale))
@@ -355,6 +368,9 @@ contains
         character(:), allocatable :: problem
         integer :: place
 
+        if (self%checking .and. (value < low .or. value > high)) &
+            call self%reject(key, integer_text(value)//' is outside the allowed range; it must be '// &
+                             trim(allowed_integer(low, high)))
         if (.not. self%reading) call put_key(self, key, integer_text(value), meaning)
         call find(self, key, 1, .false., trim(allowed_integer(low, high)), place)
         if (place == 0) return
@@ -391,6 +407,10 @@ contains
         integer :: place
 
         if (.not. self%reading) then
+            text = value
+            if (self%checking .and. present(choices)) call choice_from_text(trim(value), choices, text, problem)
+            if (allocated(problem)) call self%reject(key, problem)
+            if (self%checking) return
             text = meaning
             if (present(choices)) text = text//': '//join(choices, ' ')
             if (scan(value, LF//CR) > 0) call refuse(self, 'key "'//key//'": a text must stand in one line')
@@ -413,7 +433,7 @@ contains
     end subroutine text_value
 
     !> Refuses the value of a key of the present group for a reason of the caller's. What is written
-    !> is not judged.
+    !> is not judged, unless it is only checked.
     subroutine reject(self, key, problem, item)
         class(settings_t), intent(inout) :: self
         character(*), intent(in) :: key, problem    !! What is wrong with it, and what is allowed
@@ -422,11 +442,13 @@ contains
         character(:), allocatable :: message
         integer :: place, k
 
-        if (.not. self%reading .or. allocated(self%failure)) return
+        if (.not. (self%reading .or. self%checking) .or. allocated(self%failure)) return
         message = 'key "'//lower_case(key)//'" of group &'//lower_case(self%group_name)//': '//problem
-        place = place_of(self, key)
+        place = 0
+        if (self%reading) place = place_of(self, key)
         if (place == 0) then
-            call fail(self%failure, self%source%name//': '//message)
+            if (self%reading) message = self%source%name//': '//message
+            call fail(self%failure, message)
             return
         end if
         k = 1
@@ -545,7 +567,7 @@ contains
         type(settings_t), intent(inout) :: self
         character(*), intent(in) :: line
 
-        if (self%reading) return
+        if (self%reading .or. self%checking) return
         if (.not. allocated(self%written)) self%written = ''
         self%written = self%written//line//LF
     end subroutine put_line

@@ -149,11 +149,12 @@ contains
         type(estimation_options_t), intent(in) :: options
         type(error_t), allocatable, intent(out) :: error
 
-        type(estimation_options_t) :: again
-        character(:), allocatable :: text
+        type(settings_t) :: checker
+        type(estimation_options_t) :: copy
 
-        call options_text(options, text, error)
-        if (.not. allocated(error)) call options_from_text(text, 'options', again, error)
+        copy = options
+        call checker%check_only()
+        call take_options(checker, copy, error)
     end subroutine check_options
 
     !> Writes a file of options. Fails when a number is not finite or the file cannot be written.
