@@ -55,7 +55,7 @@ contains
 
     !> The joint estimate. Fails as estimate_jointly does, and when the same samples are given twice.
     subroutine estimate_runs(runs, options, solution, error)
-        type(joint_run_t), intent(inout) :: runs(:)     !! They move to the joint estimate
+        type(joint_run_t), intent(inout) :: runs(:)     !! They move to the joint estimate, if they agree on one
         type(joint_options_t), intent(in) :: options
         type(joint_solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
@@ -66,7 +66,7 @@ contains
 
         call refuse_repeated(runs, error)
         if (.not. allocated(error)) call estimate_jointly(runs%information, options, solution, error)
-        if (allocated(error)) return
+        if (allocated(error) .or. .not. solution%consistent) return
         first = solution
         do round = 1, MOST_ROUNDS
             before = solution%offset
