@@ -57,7 +57,7 @@ contains
         type(density_wave_found_t) :: wave
 
         type(density_wave_found_t) :: other
-        real(dp) :: line, middle, arc, gain, gain_of_other
+        real(dp) :: line, middle, at_rods, arc, gain, gain_of_other
         real(dp) :: along(3, size(problem%data%accelerometer_epoch))    ! the airflow, body axes
         integer :: i
 
@@ -68,11 +68,10 @@ contains
             along(:, i) = airflow_at(problem%model, problem%state%quaternion, problem%data%accelerometer_epoch(i))
         end do
         call look_near(problem, batch, along, arc, middle, wave, gain)
-        call look_at_rods(rods, problem, batch, along, arc, middle)
-        if (middle > 0) then
-            call look_near(problem, batch, along, arc, middle, other, gain_of_other)
-            if (gain_of_other > gain) wave = other
-        end if
+        at_rods = likeliest_at_rods(rods, problem, batch, along, arc)
+        if (abs(at_rods - middle)*arc < 1) return
+        call look_near(problem, batch, along, arc, at_rods, other, gain_of_other)
+        if (gain_of_other > gain) wave = other
     end function search_wave
 
     !> The best frequency near another.
@@ -100,21 +99,19 @@ contains
     end subroutine look_near
 
     !> A wave at a rod's frequency is taken for an offset by a fit without it, and leaves but a harmonic of square moments, or
-    !> beside a gap another line: the frequency of most gain of all those that rods have, if it is not where the line was.
-    subroutine look_at_rods(rods, problem, batch, along, arc, frequency)
+    !> beside a gap another line: of all frequencies up to that of the fastest rod, Hz, the one of most gain.
+    real(dp) function likeliest_at_rods(rods, problem, batch, along, arc) result(frequency)
         type(torque_rods_t), intent(in) :: rods
         type(whitened_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
         real(dp), intent(in) :: along(:, :), arc        !! The airflow; s
-        real(dp), intent(inout) :: frequency            !! Of the line; then the other, 0: there is none, Hz
 
-        real(dp) :: at(FREQUENCIES), gains(FREQUENCIES), most, first
+        real(dp) :: at(FREQUENCIES), gains(FREQUENCIES), most, fastest
         integer :: i, k
 
-        most = 0
-        first = frequency
-        frequency = 0
-        do k = 0, ceiling(2*(maxval([0.0_dp, rods%activations(:rods%count)%frequency])*arc - LEAST_CYCLES))/FREQUENCIES
+        most = -1
+        fastest = min(HIGHEST_FREQUENCY, maxval([0.0_dp, rods%activations(:rods%count)%frequency]))
+        do k = 0, max(0, ceiling(2*(fastest*arc - LEAST_CYCLES)))/FREQUENCIES
             at = [((LEAST_CYCLES + 0.5_dp*(k*FREQUENCIES + i))/arc, i=0, FREQUENCIES - 1)]
             call find_gains(problem, batch, along, at, gains)
             i = maxloc(gains, 1)
@@ -122,8 +119,7 @@ contains
             most = gains(i)
             frequency = at(i)
         end do
-        if (abs(frequency - first)*arc < 1) frequency = 0
-    end subroutine look_at_rods
+    end function likeliest_at_rods
 
     !> g^T S^-1 g at some frequencies, and S^-1 g. Their sines and cosines lie side by side.
     subroutine find_gains(problem, batch, along, at, gain, amplitude)
