@@ -16,7 +16,7 @@ module gracecg_planning_nominal_orbit
     use gracecg_simulation_case_models, only: build_dynamics
     implicit none
     private
-    public :: nominal_orbit_t, new_nominal_orbit, states_from, last_time, ORBIT_INTERVAL, MOST_REVOLUTIONS
+    public :: nominal_orbit_t, new_nominal_orbit, refuse_unplannable, states_from, last_time, ORBIT_INTERVAL, MOST_REVOLUTIONS
 
     real(dp), parameter :: ORBIT_INTERVAL = 1.0_dp      !! Between the samples of the orbit, s
     integer, parameter :: MOST_REVOLUTIONS = 150        !! That it covers
@@ -49,11 +49,24 @@ module gracecg_planning_nominal_orbit
 
 contains
 
+    !> Fails for a case that no plan is for: with several accelerometers, whose scale factors no plan takes into account, or with
+    !> an attitude that does not turn at least once a day.
+    subroutine refuse_unplannable(case, error)
+        type(case_t), intent(in) :: case
+        type(error_t), allocatable, intent(out) :: error
+
+        if (case%satellite%line%number > 1) then
+            call fail(error, 'several accelerometers: manoeuvres are planned for one; give number = 1 in &accelerometers, '// &
+                      'then gracecg bound with all of them')
+        else if (.not. norm2(case%angular_velocity) > TWO_PI/SECONDS_PER_DAY) then
+            call fail(error, 'angular_velocity: the nominal attitude has to turn with the orbit, at least once a day')
+        end if
+    end subroutine refuse_unplannable
+
     !> Propagates the orbit of a case with its gravity and surface forces.
     !>
-    !> Fails for less than one revolution or more than MOST_REVOLUTIONS, when the case has several accelerometers, whose scale
-    !> factors no plan takes into account, when it does not turn at least once a day, when its models cannot be built, or when
-    !> the orbit does not stay finite.
+    !> Fails for less than one revolution or more than MOST_REVOLUTIONS, as refuse_unplannable, when the models of the case cannot
+    !> be built, or when the orbit does not stay finite.
     subroutine new_nominal_orbit(case, orbit, error, revolutions, interval)
         type(case_t), intent(in) :: case
         type(nominal_orbit_t), intent(out) :: orbit
@@ -66,15 +79,8 @@ contains
         type(controlled_steps_t) :: flight
         integer :: k, steps
 
-        if (case%satellite%line%number > 1) then
-            call fail(error, 'several accelerometers: manoeuvres are planned for one; give number = 1 in &accelerometers, '// &
-                      'then gracecg bound with all of them')
-        else if (.not. norm2(case%angular_velocity) > TWO_PI/SECONDS_PER_DAY) then
-            call fail(error, 'angular_velocity: the nominal attitude has to turn with the orbit, '// &
-                      'at least once a day')
-        else
-            call build_dynamics(case, motion%dynamics, error)
-        end if
+        call refuse_unplannable(case, error)
+        if (.not. allocated(error)) call build_dynamics(case, motion%dynamics, error)
         if (present(revolutions)) orbit%revolutions = revolutions
         call require_range('revolutions', real(orbit%revolutions, dp), real([1, MOST_REVOLUTIONS], dp), '', error)
         call add_context(error, 'orbit of case '//trim(case%name))

@@ -9,7 +9,8 @@ module gracecg_planning_planner
     use gracecg_spacecraft_torque_rods, only: take_manoeuvre, check_rod_sampling, torque_rods_t
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_limits, only: check_motion, exceeds_limits
-    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, last_time, states_from, MOST_REVOLUTIONS
+    use gracecg_planning_nominal_orbit, only: nominal_orbit_t, new_nominal_orbit, refuse_unplannable, last_time, &
+        states_from, MOST_REVOLUTIONS
     use gracecg_planning_calibration, only: calibration_t, case_of_observations
     use gracecg_planning_site, only: planned_arc_t, new_planned_arc, manoeuvre_site_t, manoeuvre_quality_t, &
         evaluate_manoeuvre
@@ -87,6 +88,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         plan%time = request%time
+        call refuse_unplannable(case, error)
+        if (allocated(error)) return
         if (.not. (case%duration >= SHORTEST_ARC .and. case%duration <= LONGEST_ARC)) then
             call fail(error, 'duration = '//number_text(case%duration)//' s: a manoeuvre lasts from '// &
                       number_text(SHORTEST_ARC)//' to '//number_text(LONGEST_ARC)//' s')

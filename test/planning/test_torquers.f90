@@ -4,6 +4,7 @@ module test_torquers
     use vocabulary
     use calibrations
     use gracecg_estimation_action, only: action_t, known_offset_t, known_of, decide
+    use gracecg_base_error, only: number_text
     use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_observations_accelerometer_line, only: accelerometer_line_t
     use gracecg_base_quaternion, only: quaternion_product, conjugate_quaternion, quaternion_from_axis_angle
@@ -15,7 +16,7 @@ module test_torquers
     use gracecg_simulation_simulator, only: new_simulator, observe, measure_rods
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_planning_bound, only: case_bound_t, bound_of_case
-    use gracecg_planning_calibration, only: find_calibration, calibration_text
+    use gracecg_planning_calibration, only: find_calibration, calibration_from_text, calibration_text
     use gracecg_planning_candidates, only: design_settings_t, usual_amplitude, usual_shares
     use gracecg_planning_design, only: manoeuvre_design_t
     use gracecg_planning_planner, only: plan_manoeuvre
@@ -37,6 +38,7 @@ contains
                     new_unittest('hundred-seeds-at-the-bound', test_seeds), &
                     new_unittest('mean-and-contrasts', test_contrasts), &
                     new_unittest('several-accelerometers', test_several), &
+                    new_unittest('several-quiet-ones-are-sound', test_several_quiet), &
                     new_unittest('gains-of-a-swing', test_gains), &
                     new_unittest('wrong-beliefs-are-named', test_beliefs), &
                     new_unittest('history-beside-the-observations', test_history), &
@@ -182,6 +184,49 @@ contains
                             'close', calibration%case, failure)
         call check_fails(error, failure, 'spacing ... less than 1 mm')
     end subroutine test_several
+
+    !> Three quiet accelerometers on a satellite in air and sunlight, each torquer's gain another: without the latter the mean
+    !> normalised square is 187, without what the forces change by all angles 24.
+    subroutine test_several_quiet(error)
+        type(error_type), allocatable, intent(out) :: error
+        character(1), parameter :: LF = new_line('a')
+        character(*), parameter :: QUIET = "&calibration name = 'k300', epoch = '2024-06-15T06:00:00', duration = 60 /"//LF// &
+            "&mass_properties mass = 420, moments_of_inertia = 70, 345, 389, products_of_inertia = -3, -0.35, -2.9 /"//LF// &
+            "&torquers largest_torque = 0.01 /"//LF// &
+            "&excitation axis = 1, amplitude = 0.001, frequency = 0.05, stop = 60 /"//LF// &
+            "&excitation axis = 2, amplitude = 0.002, frequency = 0.0666666667, stop = 60 /"//LF// &
+            "&excitation axis = 3, amplitude = 0.002, frequency = 0.0833333333, stop = 60 /"//LF// &
+            "&truth offset_mm = 0.3, 0.4, -0.5, orbit = 'kepler', semi_major_axis_km = 6878, eccentricity = 0.001"//LF// &
+            "inclination_deg = 89, node_deg = 50, perigee_deg = 40, mean_anomaly_deg = 300, attitude = 'nadir' /"//LF// &
+            "&surface length = 3.12, height = 0.72, width_bottom = 1.94, width_top = 0.69 /"//LF// &
+            "&accelerometer noise_level = 1e-22, 1e-22, 1e-22, noise_corner = 0.005, 0.005, 0.005 /"//LF// &
+            "&atmosphere space_weather = 'given', f107 = 150, f107_mean = 150, kp = 2 /"//LF// &
+            "&operator accelerometer_scale_sigma = 0.0101, 0.0159, 0.0119, rod_gain_sigma = 0.003, 0.003, 0.003 /"//LF// &
+            "&accelerometers number = 3, spacing = 0.4, 0, 0, scale_sigma = 0.002, 0.002, 0.002 /"
+        integer, parameter :: RUNS = 8
+        type(calibration_t) :: calibration
+        type(simulator_t) :: simulator
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(error_t), allocatable :: failure
+        real(dp) :: wrong(3), squares
+        integer :: run
+
+        call calibration_from_text(QUIET, 'quiet', calibration, failure)
+        if (failed(error, failure)) return
+        calibration%options%covariance = .false.
+        call make_simulator(calibration%case, simulator)
+        squares = 0
+        do run = 1, RUNS
+            call make_observations(simulator, 1, run, observations)
+            call estimate_offset('optimal', observations, calibration%options, solution, failure)
+            if (failed(error, failure)) return
+            wrong = solution%offset - calibration%case%satellite%offset
+            squares = squares + dot_product(wrong, matmul(inverse_3x3(solution%covariance(:3, :3)*1e12_dp), wrong))*1e12_dp
+        end do
+        ! the forces are one draw at one place
+        call check(error, squares < 6*RUNS, 'normalised squares: '//number_text(squares/RUNS))
+    end subroutine test_several_quiet
 
     !> The covariance of d by least squares of all samples of accelerometers and star camera: d, attitude, rate, torque, bias and
     !> drift of every accelerometer, and gains and scale factors where the options ask for them.
