@@ -41,7 +41,7 @@ class Utc:
                 when = when.astimezone(datetime.timezone.utc).replace(tzinfo=None)
             when = when.isoformat()
         elif isinstance(when, (datetime.date, np.datetime64)):
-            when = str(np.datetime64(when, "ns"))
+            when = str(when)
         utc = ffi.new("gracecg_utc *")
         call("utc_parse", when.encode(), utc)
         return cls(utc.mjd, utc.seconds)

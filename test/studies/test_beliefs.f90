@@ -480,6 +480,11 @@ contains
         if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
         call say_contradiction(solution%beliefs, found)
         call check(error, found, '', 'the light turns against the body')
+        if (allocated(error)) return
+        observations%acceleration(1, :) = observations%acceleration(1, :) + 1e-9_dp*sin(3*observations%accelerometer_time)
+        calibration%options%optimal%density_wave = 'none'
+        if (estimate_fails(error, 'optimal', observations, calibration%options, solution)) return
+        call check(error, maxval(abs(solution%beliefs%noises%score)) < 1e3_dp, 'a line that no probability tells has a score')
     end subroutine test_edge_of_shadow
 
     !> Ten times the report's drag, 320 km up: forces that are no straight line are larger, too, by what the case says of them.

@@ -42,8 +42,8 @@ contains
         if (present(span)) then
             spans = reshape(span, [2, 1])
             if (span(2) < span(1)) call outcome%refuse(STATUS_BAD_VALUE, 'span: its end lies before its begin')
-            if (span(2) < span(1)) return
         end if
+        if (.not. outcome%good()) return
         call read_level1(path, made%records, failure, spans=spans)
         call outcome%take(failure)
     end subroutine level1_open

@@ -17,7 +17,7 @@ module gracecg_estimation_belief
     use gracecg_estimation_physical_model, only: turned_by, sinc
     implicit none
     private
-    public :: ALTERATIONS, apply_value, apply_alteration, is_interchange, is_possible
+    public :: ALTERATIONS, OF_QUATERNIONS, apply_value, apply_alteration, is_interchange, is_possible
 
     integer, parameter :: REACH = 32    !! Samples on each side from which one between them is interpolated
     integer, parameter :: FEWEST = 4    !! Of them: with fewer a cubic is as good
@@ -37,6 +37,7 @@ module gracecg_estimation_belief
         'magnetometer z and x are interchanged', &
         'the star-camera heads are interchanged', 'the quaternions turn from the camera to inertial', &
         'the quaternions have the scalar first', 'scalar first, from the camera to inertial']
+    integer, parameter :: OF_QUATERNIONS(4) = [20, 21, 22, 23]      !! Those of ALTERATIONS about the star camera
 
 contains
 

@@ -42,6 +42,7 @@ contains
                any(KIND_OF(model%estimated) == OF_FORCE_BENDS)
         changes = 0
         drag = 0
+        tilts = 0
         bends = 0
         do i = 1, size(epoch)
             k = epoch(i)
@@ -79,7 +80,7 @@ contains
             if (present(predicted)) predicted(:, i) = shown
             if (present(partials)) &
                 call acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, &
-                                           drag, changes, along, bends, partials(:, :, i))
+                                           drag, changes, along, tilts, bends, partials(:, :, i))
         end do
     end subroutine predict_accelerations
 
@@ -335,7 +336,7 @@ contains
     end function airflow_at
 
     pure subroutine acceleration_partials(model, state, trajectory, k, factor, matrix, unscaled, drag, changes, &
-                                          along, bends, partials)
+                                          along, tilts, bends, partials)
         type(physical_model_t), intent(in) :: model
         type(model_state_t), intent(in) :: state
         type(model_trajectory_t), intent(in) :: trajectory
@@ -344,11 +345,11 @@ contains
         real(dp), intent(in) :: drag(3)             !! That is no straight line
         real(dp), intent(in) :: changes(3, 5)       !! Of drag_partials
         real(dp), intent(in) :: along(3)            !! The direction of the airflow
+        real(dp), intent(in) :: tilts(size(TILT))           !! The angles
         real(dp), intent(in) :: bends(size(FORCE_BENDS))    !! The polynomials
         real(dp), intent(out) :: partials(:, :)     !! (estimated, 3)
 
-        real(dp) :: weight(3, 9), rotational(size(model%rotational), 3), sunlight(3), &
-                    tilts(size(TILT))
+        real(dp) :: weight(3, 9), rotational(size(model%rotational), 3), sunlight(3)
         integer :: i, axis
 
         associate (t => model%start + k*model%interval)
@@ -390,7 +391,6 @@ contains
                     case (OF_SIDE_FORCE)
                         partials(i, 1) = along(1 + MEMBER_OF(p))
                     case (OF_TILT)
-                        tilts = tilts_at(model, trajectory, along, k)
                         partials(i, TILT_AXIS(MEMBER_OF(p))) = tilts(MEMBER_OF(p))
                     case (OF_LIFT)
                         partials(i, 1 + MEMBER_OF(p)) = along(1 + MEMBER_OF(p))

@@ -19,7 +19,7 @@ module gracecg_estimation_explanation
     use gracecg_observations_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
         ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS, FIELD_BIAS, FIELD_SCALES, MOUNTING_1, MOUNTING_2, &
         largest_error
-    use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration, is_possible, &
+    use gracecg_estimation_belief, only: ALTERATIONS, OF_QUATERNIONS, apply_value, apply_alteration, is_possible, &
         is_interchange
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
         OF_ALTERATION, OF_NOISE, FIELD_AGAINST_MODEL, HEADS_APART
@@ -161,7 +161,6 @@ contains
         type(estimation_options_t), intent(in) :: options
         character(:), allocatable, intent(out) :: text      !! Empty if there is no explanation
 
-        integer, parameter :: OF_QUATERNIONS(4) = [20, 21, 22, 23]     ! among ALTERATIONS
         type(observation_set_t) :: others(size(OF_QUATERNIONS))
         type(solution_t) :: solution
         real(dp) :: left(size(OF_QUATERNIONS)), misfit
