@@ -149,7 +149,9 @@ build_libraries() {
     rm -rf "$objects"/level1_src_commands_*
     mkdir -p "$2"
     make_library "$2" gracecg "$objects"/src_*.o
-    make_library "$2" gracecg_level1 "$objects"/level1_src_*.o -- "$2/libgracecg.so.$version"
+    # A program finds the library that this one needs beside it
+    # shellcheck disable=SC2016 # the loader expands
+    make_library "$2" gracecg_level1 "$objects"/level1_src_*.o -- "$2/libgracecg.so.$version" -Wl,-rpath,'$ORIGIN'
     rm -rf "$objects"
 }
 
