@@ -19,7 +19,7 @@ module gracecg_observations_observation_set
     !> in for a lost magnetometer. Times are seconds from the epoch.
     type :: observation_set_t
         type(operator_knowledge_t) :: knowledge              !! What else the operator knows
-        real(dp), allocatable :: accelerometer_time(:)  !! (n)
+        real(dp), allocatable :: accelerometer_time(:)  !! (n), s, multiples of its interval, within 1 %
         real(dp), allocatable :: acceleration(:, :)     !! (3, n), body axes, m/s^2
         real(dp), allocatable :: further_acceleration(:, :, :)
         !! (3, n, others), of the accelerometers beyond the first, at the same times, m/s^2, where there are several
@@ -78,23 +78,19 @@ contains
         type(observation_set_t), intent(in) :: observations
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. (allocated(observations%accelerometer_time) .and. &
-                   allocated(observations%acceleration) .and. &
-                   allocated(observations%magnetometer_time) .and. allocated(observations%field) .and. &
-                   allocated(observations%star_camera_time) .and. &
-                   allocated(observations%star_camera_head) .and. &
-                   allocated(observations%quaternion)) .or. &
-            (allocated(observations%orbit_time) .neqv. allocated(observations%orbit_position))) then
-            call fail(error, 'the samples of an instrument are missing altogether')
-            return
-        end if
+        call require('accelerometer_time, acceleration', allocated(observations%accelerometer_time) .and. &
+                     allocated(observations%acceleration))
+        call require('magnetometer_time, field', allocated(observations%magnetometer_time) .and. allocated(observations%field))
+        call require('star_camera_time, star_camera_head, quaternion', allocated(observations%star_camera_time) .and. &
+                     allocated(observations%star_camera_head) .and. allocated(observations%quaternion))
+        call require('orbit_time, orbit_position', &
+                     allocated(observations%orbit_time) .eqv. allocated(observations%orbit_position))
+        if (observations%knowledge%line%number > 1) &
+            call require('further_acceleration', allocated(observations%further_acceleration))
+        if (allocated(error)) return
         call compare('accelerometer', size(observations%accelerometer_time), &
                      size(observations%acceleration, 2))
         if (observations%knowledge%line%number > 1) then
-            if (.not. allocated(observations%further_acceleration)) then
-                call fail(error, 'the samples of the accelerometers beyond the first are missing altogether')
-                return
-            end if
             call compare('further accelerometers', size(observations%accelerometer_time), &
                          size(observations%further_acceleration, 2))
             call compare('accelerometers', observations%knowledge%line%number, &
@@ -108,6 +104,14 @@ contains
             call compare('orbit', size(observations%orbit_time), size(observations%orbit_position, 2))
 
     contains
+
+        subroutine require(names, there)
+            character(*), intent(in) :: names       !! Of components
+            logical, intent(in) :: there
+
+            if (.not. (allocated(error) .or. there)) call fail(error, 'not all of '//names//' are allocated: of an '// &
+                                                               'instrument without samples they are of size 0')
+        end subroutine require
 
         subroutine compare(name, times, samples)
             character(*), intent(in) :: name
@@ -291,8 +295,8 @@ contains
             if (size(times) == 0 .and. observations%knowledge%knows_angular_velocity()) then
                 return
             else if (size(times) < 2) then
-                call fail(error, 'star camera: fewer than two samples, and no angular velocity from other means '// &
-                          'for ASSEST')
+                call fail(error, 'star camera: fewer than two samples, and no angular velocity in the setup, by '// &
+                          'which assest-fde and assest-rde alone do without')
                 return
             else if (any(heads_of < 1 .or. heads_of > HEADS)) then
                 call fail(error, 'star camera: a sample of a head that does not exist; there are '// &

@@ -260,7 +260,7 @@ contains
             call estimate_refused(error, ESTIMATOR_NAMES(i), observations, 'star camera ... other means')
             if (i <= 2) cycle
             observations%knowledge%angular_velocity_sigma = 1e-6_dp
-            call estimate_refused(error, ESTIMATOR_NAMES(i), observations, 'star camera ... ASSEST alone')
+            call estimate_refused(error, ESTIMATOR_NAMES(i), observations, 'star camera ... assest-rde alone')
         end do
     end subroutine test_unknown_attitude
 
@@ -466,6 +466,7 @@ contains
         call example(observations, interval=0.5_dp)
         options%guess_angular_velocity = NAN
         call estimate_refused(error, 'assest-fde', observations, 'guess_angular_velocity ... not a finite number', options)
+        call estimate_refused(error, 'optimal', observation_set_t(), 'accelerometer_time ... allocated')
     end subroutine test_refusals
 
     !> Measured samples of the sine give what the sine itself gives: within the interpolation's error h^4/384 of the

@@ -339,7 +339,9 @@ contains
         bad%star_camera_head = bad%star_camera_head(:119)
         call refused(bad, good, 'star camera ... 120 ... 119', error)
         deallocate (bad%field)
-        call refused(bad, good, 'missing altogether', error)
+        call refused(bad, good, 'not all of magnetometer_time, field are allocated', error)
+        deallocate (bad%quaternion)
+        call refused(bad, good, 'not all of star_camera_time, star_camera_head, quaternion are', error)
         bad%knowledge%duration = 0
         call refused(bad, good, 'duration', error)
         bad%knowledge%duration = NAN

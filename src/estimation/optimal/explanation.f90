@@ -14,7 +14,7 @@ module gracecg_estimation_explanation
     use gracecg_base_error, only: error_t
     use gracecg_base_statistics, only: order_of
     use gracecg_observations_arc_of_run, only: arc_of_run, without_moments
-    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_set, only: observation_set_t, check_observations
     use gracecg_estimation_options, only: estimation_options_t, WAVE_GIVEN, WAVE_SEARCHED
     use gracecg_observations_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
         ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS, FIELD_BIAS, FIELD_SCALES, MOUNTING_1, MOUNTING_2, &
@@ -162,11 +162,14 @@ contains
         character(:), allocatable, intent(out) :: text      !! Empty if there is no explanation
 
         type(observation_set_t) :: others(size(OF_QUATERNIONS))
+        type(error_t), allocatable :: invalid       ! there is nothing to be fitted
         type(solution_t) :: solution
         real(dp) :: left(size(OF_QUATERNIONS)), misfit
         integer :: i
 
         text = ''
+        call check_observations(observations, invalid)
+        if (allocated(invalid)) return
         others = observations
         do i = 1, size(others)
             call apply_alteration(OF_QUATERNIONS(i), others(i))

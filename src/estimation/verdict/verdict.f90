@@ -54,6 +54,11 @@ contains
 
         allocate (verdict%findings(0))
         if (present(refusal)) call add(verdict, GRADE_BAD, REFUSED, refusal)
+        if (.not. allocated(solution%warnings)) then
+            call add(verdict, GRADE_BAD, REFUSED, 'no estimator gave this solution')
+            call refuse_offset(verdict%findings(size(verdict%findings))%text, verdict%action)
+            return
+        end if
         call judge_solution(solution, verdict)
         call judge_accuracy(diagnostics, verdict)
         do axis = 1, 3
@@ -282,7 +287,8 @@ contains
         character(:), allocatable :: contradiction
 
         if (.not. allocated(solution%beliefs)) then
-            call refuse_offset('what the setup says was not tested against the data (test_beliefs)', action)
+            call refuse_offset('what the setup says was not tested against the data: test_beliefs is off, or a warning tells '// &
+                               'why', action)
             return
         end if
         associate (report => solution%beliefs)
