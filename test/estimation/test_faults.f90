@@ -16,6 +16,8 @@ module test_faults
     use gracecg_estimation_plausibility, only: longest_arc
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations
     use gracecg_estimation_report_options, only: report_options
+    use gracecg_estimation_action, only: action_t, TRIM_IT, CALIBRATE_AGAIN
+    use gracecg_estimation_verdict, only: act_on
     use gracecg_simulation_simulator, only: new_simulator, measure_rods
     use gracecg_studies_monte_carlo, only: prediction_t, predict_errors
     implicit none
@@ -60,6 +62,7 @@ contains
                     new_unittest('too-long', test_too_long), &
                     new_unittest('spike', test_spike), &
                     new_unittest('wrong-unit', test_wrong_unit), &
+                    new_unittest('half-the-field-without-an-orbit', test_half_field), &
                     new_unittest('wrong-attitude', test_wrong_attitude), &
                     new_unittest('too-few-stars', test_too_few_stars)]
     end subroutine collect_faults
@@ -208,6 +211,26 @@ contains
         call run_from_observations(observations, options, run, failure)
         call check_fails(error, failure, 'accelerations reach ... in m/s^2')
     end subroutine test_wrong_unit
+
+    !> Half the field makes d twice as large, and a minute's star camera hardly tells: without an orbit, so that no model does,
+    !> nothing is trimmed.
+    subroutine test_half_field(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        type(action_t) :: action
+
+        call fault_free(observations)
+        if (estimate_fails(error, 'optimal', observations, report_options(CASE_NAME), solution)) return
+        call act_on(solution, observations%knowledge%mass, action)
+        call check(error, action%kind, TRIM_IT)
+        deallocate (observations%orbit_time, observations%orbit_position)
+        observations%field = observations%field/2
+        if (estimate_fails(error, 'optimal', observations, report_options(CASE_NAME), solution)) return
+        call act_on(solution, observations%knowledge%mass, action)
+        call check(error, action%kind, CALIBRATE_AGAIN)
+        call check_fails(error, action%text, 'scale of the magnetometer (no orbit)')
+    end subroutine test_half_field
 
     !> One attitude of another place in the sky: the message tells of the star camera too. All of them the other way round, so
     !> that no fit converges: said by name.

@@ -6,10 +6,11 @@ module gracecg_estimation_estimators
     use gracecg_base_text, only: append, join, rounded_text
     use gracecg_files_value, only: did_you_mean
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
-    use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_observations_observation_set, only: observation_set_t, has_orbit
     use gracecg_observations_knowledge, only: operator_knowledge_t
-    use gracecg_observations_parameters, only: SCALE_FACTORS
+    use gracecg_observations_parameters, only: SCALE_FACTORS, ROD_GAIN, FIELD_SCALES
     use gracecg_estimation_options, only: estimation_options_t, NOISE_ESTIMATED, check_options
+    use gracecg_estimation_belief_report, only: belief_report_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_plausibility, only: refuse_long_arc, judge_plausibility
@@ -105,6 +106,7 @@ contains
         end if
         solution%beliefs%lost_channel = lost_channel(observations%knowledge%rods)
         call doubt_scale(observations%knowledge, options, solution)
+        if (.not. has_orbit(observations)) call doubt_field(solution%beliefs)
         call confirm_contradictions(observations, options, solution%misfit, solution%beliefs)
         if (solution%misfit > 0 .and. solution%beliefs%has_contradiction() .and. solution%beliefs%lost_channel == '') &
             call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
@@ -170,4 +172,23 @@ contains
                     'setup: samples that are as many times too large would look so, and d would be; if it is the noise, give '// &
                     'its levels in the setup')
     end subroutine doubt_scale
+
+    !> Without an orbit no field model is there to compare the magnetometer with: its unit or scale may be as wrong as the
+    !> star camera and the rods' gain do not tell, whatever is stated of it.
+    subroutine doubt_field(beliefs)
+        type(belief_report_t), intent(inout) :: beliefs
+
+        real(dp), parameter :: ANY_SCALE = 1        ! A factor of 2
+        real(dp) :: unseen
+        integer :: i
+
+        i = findloc(beliefs%values%belief, ROD_GAIN, 1)
+        if (i == 0) return                          ! no rods
+        associate (gain => beliefs%values(i))
+            if (.not. gain%unseen > 0) return
+            unseen = min(gain%unseen, ANY_SCALE)
+            call beliefs%add_untested(FIELD_SCALES(1), 'unit or scale of the magnetometer (no orbit)', &
+                                      gain%effect/gain%unseen, unseen, unseen)
+        end associate
+    end subroutine doubt_field
 end module gracecg_estimation_estimators
