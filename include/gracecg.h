@@ -295,11 +295,12 @@ gracecg_status gracecg_setup_open(const char *file_or_text, gracecg_object **set
 gracecg_status gracecg_setup_from(const gracecg_object *setup_or_observations, size_t count, const double *time,
                                   const double *moment, gracecg_object **setup, gracecg_error *error);
 
-/* From arrays in memory, which are copied and checked; times in s from the setup's epoch, rising. Accelerations [][3]
-   (body axes, m/s^2); quaternions [][4] of the star camera (inertial to camera, scalar last) with head 1 or 2, rising
-   for each head; flux densities [][3] (body axes, T); positions [][3] (inertial, m). A count may be 0 and its arrays
-   NULL: with an orbit a field model stands in for a magnetometer. Samples of further accelerometers and angular
-   channels come from files alone (gracecg_observations_open). */
+/* From arrays in memory, which are copied and checked; times in s from the setup's epoch, rising, those of the
+   accelerometer multiples of its interval (within 1 %). Accelerations [][3] (body axes, m/s^2); quaternions [][4] of
+   the star camera (inertial to camera, scalar last) with head 1 or 2, rising for each head; flux densities [][3]
+   (body axes, T); positions [][3] (inertial, m). A count may be 0 and its arrays NULL: with an orbit a field model
+   stands in for a magnetometer. Samples of further accelerometers and angular channels come from files alone
+   (gracecg_observations_open). */
 gracecg_status gracecg_observations_create(const gracecg_object *setup, size_t accelerometer_count,
                                            const double *accelerometer_time, const double *acceleration,
                                            size_t star_camera_count, const double *star_camera_time,

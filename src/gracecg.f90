@@ -25,6 +25,7 @@ module gracecg
     use gracecg_base_version, only: LIBRARY_VERSION => VERSION
     use gracecg_base_error, only: error_t, message_of
     use gracecg_base_text, only: string_t
+    use gracecg_base_progress, only: progress_t
     use gracecg_base_constants, only: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, &
             ASTRONOMICAL_UNIT
     ! Time and frames
@@ -66,7 +67,8 @@ module gracecg
         earth_radiation_acceleration, gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass, &
         aerodynamic_load, solar_radiation_load, earth_radiation_load
     use gracecg_spacecraft_torque_rods, only: rod_activation_t, torque_rods_t, new_torque_rods, &
-        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, rod_moments, take_measured_moments, WAVEFORM_NAMES
+        new_harmonic_manoeuvre, take_manoeuvre, dipole_moment, rod_moments, take_measured_moments, WAVEFORM_NAMES, &
+        WAVEFORM_SINE => SINE, WAVEFORM_COSINE => COSINE, WAVEFORM_TAPERED => TAPERED, WAVEFORM_SQUARE => SQUARE
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_spacecraft_motion_limits, only: motion_limits_t
     use gracecg_spacecraft_gravity_gradient_torque, only: gravity_gradient_torque
@@ -104,17 +106,17 @@ module gracecg
     use gracecg_estimation_solution, only: solution_t, estimated_parameter_t, running_estimate_t
     use gracecg_estimation_estimators, only: estimate_offset, ESTIMATOR_NAMES
     use gracecg_estimation_live_estimate, only: live_estimate_t, live_sample_t, begin_live_estimate
-    use gracecg_estimation_fit_record, only: fit_record_t
+    use gracecg_estimation_fit_record, only: fit_record_t, NOISE_SOURCES
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
-    use gracecg_estimation_verdict, only: verdict_t, judge
-    use gracecg_estimation_action, only: action_t, ACTIONS
+    use gracecg_estimation_verdict, only: verdict_t, finding_t, judge, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
+    use gracecg_estimation_action, only: action_t, ACTIONS, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
     use gracecg_estimation_arc_chain, only: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
         history_point_t, trace_offset
-    use gracecg_estimation_run_information, only: run_information_t
+    use gracecg_estimation_run_information, only: run_information_t, SHARED_GROUPS
     use gracecg_estimation_saved_estimate, only: dated_offset_t, read_offsets
     ! The limit of an estimate, and the planner
     use gracecg_planning_calibration, only: calibration_t, find_calibration, calibration_from_text, calibration_text
@@ -130,7 +132,7 @@ module gracecg
     implicit none
     private
 
-    public :: dp, LIBRARY_VERSION, error_t, message_of, string_t
+    public :: dp, LIBRARY_VERSION, error_t, message_of, string_t, progress_t
     public :: DEGREE, ARCSECOND, MILLIMETRE, NANOTESLA, EARTH_GM, EARTH_ROTATION_RATE, ASTRONOMICAL_UNIT
 
     public :: utc_t, parse_utc, check_utc_in_range, utc_text, utc_plus, seconds_between, utc_of_gps
@@ -159,7 +161,8 @@ module gracecg
     public :: gas_t, wall_t, validate_wall, surface_load_t, mean_molar_mass
     public :: aerodynamic_load, solar_radiation_load, earth_radiation_load
     public :: rod_activation_t, torque_rods_t, new_torque_rods, new_harmonic_manoeuvre, take_manoeuvre, dipole_moment
-    public :: WAVEFORM_NAMES, motion_limits_t, rod_moments, take_measured_moments, moment_series_t, new_moment_series
+    public :: WAVEFORM_NAMES, WAVEFORM_SINE, WAVEFORM_COSINE, WAVEFORM_TAPERED, WAVEFORM_SQUARE
+    public :: motion_limits_t, rod_moments, take_measured_moments, moment_series_t, new_moment_series
     public :: gravity_gradient_torque
 
     public :: attitude_control_t
@@ -185,9 +188,10 @@ module gracecg
     public :: optimal_options_t, sequential_options_t, running_estimate_t, estimated_parameter_t
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
     public :: live_estimate_t, live_sample_t, begin_live_estimate, next_seconds_t, begin_planning
-    public :: fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge, action_t, ACTIONS
+    public :: fit_record_t, fit_diagnostics_t, diagnose, NOISE_SOURCES, verdict_t, judge, finding_t, GRADE_GOOD, GRADE_DOUBTFUL
+    public :: GRADE_BAD, action_t, ACTIONS, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
     public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
-    public :: estimate_runs, run_information_t
+    public :: estimate_runs, run_information_t, SHARED_GROUPS
     public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
     public :: offset_change_t, read_changes, dated_offset_t, read_offsets, history_settings_t, tank_series_t
     public :: new_tank_series, offset_history_t, history_point_t, trace_offset

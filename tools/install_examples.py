@@ -77,10 +77,18 @@ def check_acceleration(here, output):
     compare("acceleration, m/s^2", line_with(output, "total")[:3], slope, absolute=2e-9)
 
 
-def check_c(here, program, expected):
-    """The offset and the acceleration."""
+def check_calibration(here, program, expected):
+    """The action and the offset."""
     output = here.output(program)
+    if "trim: move the centre of mass by " not in output:
+        raise Failure(f"what to do is not said: {output}")
     check_offset(output, expected)
+    return output
+
+
+def check_c(here, program, expected):
+    """The same, and the acceleration."""
+    output = check_calibration(here, program, expected)
     check_acceleration(here, output)
     if "front-9: " not in output:
         raise Failure(f"the wrong case is not explained: {output}")
@@ -237,8 +245,7 @@ def check_examples(checks, here):
         return program
 
     example("orbit (Fortran)", check_orbit, fortran, "fortran/orbit.f90", STRICT_FORTRAN)
-    example("calibrate (Fortran)", lambda h, p: check_offset(h.output(p), expected), fortran,
-            "fortran/calibrate.f90", STRICT_FORTRAN)
+    example("calibrate (Fortran)", check_calibration, fortran, "fortran/calibrate.f90", STRICT_FORTRAN, expected)
     example("bound (Fortran)", check_bound, fortran, "fortran/bound.f90", STRICT_FORTRAN)
     example("design (Fortran)", check_design, fortran, "fortran/design.f90", STRICT_FORTRAN)
     example("level1 (Fortran)", check_level1, fortran, "fortran/level1.f90", STRICT_FORTRAN, "USO1B", "3 records", "uso_freq")

@@ -70,13 +70,16 @@ static void estimate(const gracecg_object *observations)
     gracecg_error error;
     gracecg_object *fit = NULL;
     double offset[3], sigma[3];
-    char warnings[2000];
+    char action[1000], warnings[2000];
     int axis;
 
     check(gracecg_estimate("assest-fde", observations, &fit, &error), &error);
     check(gracecg_get(fit, "offset", 3, offset, NULL, &error), &error);
     check(gracecg_get(fit, "sigma", 3, sigma, NULL, &error), &error);
+    check(gracecg_get_text(fit, "action", action, sizeof action, NULL, &error), &error);
     check(gracecg_get_text(fit, "warnings", warnings, sizeof warnings, NULL, &error), &error);
+    /* What to do comes first: numbers are there also when they are not to be used */
+    printf("%s\n", action);
     for (axis = 0; axis < 3; ++axis)
         printf("d_%c = %12.7f mm +- %10.7f mm\n", "xyz"[axis], 1e3 * offset[axis], 1e3 * sigma[axis]);
     printf("%s", warnings);
@@ -88,9 +91,9 @@ int main(void)
     gracecg_error error;
     gracecg_object *the_case = NULL;
     gracecg_object *simulator = NULL, *simulated = NULL, *setup = NULL, *observations = NULL;
-    double *t_acc, *acceleration, *t_star, *head, *quaternion, *t_mag, *field;
+    double *t_acc, *acceleration, *t_star, *head, *quaternion, *t_mag, *field, *t_orbit, *position;
     int32_t *heads;
-    size_t n, p, r, count, i;
+    size_t n, p, r, s, count, i;
 
     printf("gracecg %s, case front-3\n", gracecg_version());
     check(gracecg_case_open("front-3", &the_case, &error), &error);
@@ -107,13 +110,15 @@ int main(void)
     quaternion = item(simulated, "quaternion", &count);
     t_mag = item(simulated, "magnetometer_time", &r);
     field = item(simulated, "flux_density", &count);
+    t_orbit = item(simulated, "orbit_time", &s);
+    position = item(simulated, "orbit_position", &count);
     heads = (int32_t *)numbers(p);
     for (i = 0; i < p; ++i)
         heads[i] = (int32_t)head[i];
 
-    /* No orbit: its arrays are not there */
+    /* With the orbit the magnetometer is compared with the field model: without it nothing tests its scale */
     check(gracecg_observations_create(setup, n, t_acc, acceleration, p, t_star, heads, quaternion, r, t_mag, field,
-                                      0, NULL, NULL, &observations, &error), &error);
+                                      s, t_orbit, position, &observations, &error), &error);
     estimate(observations);
 
     free(t_acc);
@@ -124,6 +129,8 @@ int main(void)
     free(quaternion);
     free(t_mag);
     free(field);
+    free(t_orbit);
+    free(position);
     check(gracecg_free(&observations, &error), &error);
     check(gracecg_free(&setup, &error), &error);
     check(gracecg_free(&simulated, &error), &error);

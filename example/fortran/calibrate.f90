@@ -8,15 +8,20 @@
 !> `gracecg estimate`.
 program calibrate
     use gracecg, only: dp, error_t, observation_set_t, operator_knowledge_t, solution_t, &
-        estimate_offset, estimation_options_t, case_t, find_case, simulator_t, new_simulator, observe
+        estimate_offset, estimation_options_t, fit_record_t, fit_diagnostics_t, diagnose, verdict_t, judge, &
+        case_t, find_case, simulator_t, new_simulator, observe
     implicit none
     real(dp), allocatable :: t_acc(:), acc(:, :)        ! s; (3, n), body axes, m/s^2
     real(dp), allocatable :: t_star(:), quaternion(:, :) ! s; (4, n), inertial to camera, scalar last
     integer, allocatable :: head(:)                     ! star-camera head of each quaternion, 1 or 2
     real(dp), allocatable :: t_mag(:), field(:, :)      ! s; (3, n), body axes, T
+    real(dp), allocatable :: t_orbit(:), position(:, :) ! s; (3, n), inertial J2000, m
     type(operator_knowledge_t) :: knowledge
     type(observation_set_t) :: observations
     type(solution_t) :: solution
+    type(fit_record_t) :: record
+    type(fit_diagnostics_t) :: diagnostics
+    type(verdict_t) :: verdict
     type(error_t), allocatable :: error
     integer :: i
 
@@ -31,10 +36,17 @@ program calibrate
     observations%quaternion = quaternion
     observations%magnetometer_time = t_mag
     observations%field = field
+    ! With the orbit the magnetometer is compared with the field model: without it nothing tests its scale
+    observations%orbit_time = t_orbit
+    observations%orbit_position = position
     ! estimation_options_t() says nothing of how to estimate: weights and first guesses are the defaults
-    call estimate_offset('assest-fde', observations, estimation_options_t(), solution, error)
+    call estimate_offset('assest-fde', observations, estimation_options_t(), solution, error, record)
+    if (.not. allocated(error)) call diagnose(knowledge, solution, record, diagnostics, error)
     if (allocated(error)) error stop error%message
-    if (.not. solution%converged) error stop 'the estimate has not converged'
+    verdict = judge(knowledge, solution, record, diagnostics)
+
+    ! What to do comes first: numbers are there also when they are not to be used
+    print '(a)', verdict%action%text
 
     print '(a, 3(i0, a))', 'from ', size(t_acc), ' accelerations, ', size(t_star), ' quaternions, ', &
         size(t_mag), ' samples of the magnetic field'
@@ -70,5 +82,7 @@ contains
         quaternion = simulated%quaternion
         t_mag = simulated%magnetometer_time
         field = simulated%field
+        t_orbit = simulated%orbit_time
+        position = simulated%orbit_position
     end subroutine read_my_data
 end program calibrate

@@ -21,6 +21,7 @@ def main():
 
     simulator = gracecg.Simulator(gracecg.Case(library, "front-3"))
     fit = simulator.observe(seed=1, run=1).estimate("assest-fde")
+    print(fit.text("action"))       # numbers are there also when they are not to be used
     for axis, offset, sigma in zip("xyz", fit.numbers("offset"), fit.numbers("sigma")):
         print(f"d_{axis} = {1e3 * offset:12.7f} mm +- {1e3 * sigma:10.7f} mm")
     for warning in fit.text("warnings").splitlines():

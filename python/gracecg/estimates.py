@@ -357,8 +357,8 @@ class Observations(_WithOptions):
                     star_camera: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
                     magnetometer: tuple[ArrayLike, ArrayLike] | None = None,
                     orbit: tuple[ArrayLike, ArrayLike] | None = None) -> "Observations":
-        """From arrays in memory, which are copied and checked; times (n,) in s from the setup's epoch, rising. Further
-        accelerometers and angular channels come from files alone.
+        """From arrays in memory, which are copied and checked; times (n,) in s from the setup's epoch, rising, those of
+        the accelerometer multiples of its interval (within 1 %). Further accelerometers and angular channels come from files.
 
         Parameters
         ----------

@@ -259,8 +259,8 @@ contains
         if (.not. present(buffer)) return
         if (size /= 0) buffer(1) = c_null_char
         if (size <= len(text)) then     ! or negative: 2^63 and more
-            call outcome%refuse(STATUS_BAD_SIZE, 'the text needs '//integer_text(len(text) + 1)//' bytes; there are '// &
-                                integer_text(int(size, i8)))
+            call outcome%refuse(STATUS_BAD_SIZE, 'the text has '//integer_text(len(text))//' characters; there is room for '// &
+                                integer_text(int(size, i8) - 1))
             return
         end if
         do i = 1, len(text)

@@ -238,20 +238,20 @@ contains
 
         type(plan_request_t) :: request
         type(plan_t) :: plan
-        real(dp) :: revolutions
+        real(dp) :: revolution
 
         if (size(times) == 0) then
             allocate (points(0))
             return
         end if
-        revolutions = maxval(abs(times))*norm2(case%angular_velocity)/TWO_PI
-        if (revolutions <= MOST_REVOLUTIONS) then
-            request%revolutions = max(1, ceiling(revolutions))
+        revolution = TWO_PI/norm2(case%angular_velocity)
+        if (all(times >= 0 .and. times <= MOST_REVOLUTIONS*revolution)) then
+            request%revolutions = max(1, ceiling(maxval(times)/revolution))
             request%search = .false.
             call prepare_orbit(case, request, plan, error)
         else
-            call fail(error, 'the latest time of the map, '//number_text(maxval(abs(times)))//' s, is more '// &
-                      'than '//number_text(real(MOST_REVOLUTIONS, dp))//' revolutions after the epoch')
+            call fail(error, 'times of the map: from 0 to '//number_text(MOST_REVOLUTIONS*revolution)//' s after the epoch, '// &
+                      integer_text(MOST_REVOLUTIONS)//' revolutions, are allowed')
         end if
         if (.not. allocated(error)) &
             call map_manoeuvre(plan%arc, plan%orbit, times, case%satellite%rods, threads, points, error)

@@ -234,7 +234,7 @@ contains
                 length = length + len_trim(fields(i)%text)
             end do
             call check(error, length, 0, text%line(2))
-            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, 'ASSEST alone can do without')
+            call refused(error, 'estimate '//FOLDER//'run4 --algorithm optimal', STATUS_FAILED, 'assest-rde alone do without')
         end subroutine estimate_without_stars
     end subroutine test_estimate
 

@@ -43,7 +43,7 @@ contains
         if (unmet(error, int(length), len(expected), 'length')) return
         allocate (text(length))
         status = gracecg_get_text(handle, c_string('text'), text, length, error=failure)
-        call check_refused(error, BAD_SIZE, 'the text needs')
+        call check_refused(error, BAD_SIZE, 'characters; there is room for')
         if (.not. allocated(error)) call check(error, text(1) == c_null_char, 'no empty text after a failure')
         call get_words(handle, 'text', words)
         call check(error, words == expected, 'another text')

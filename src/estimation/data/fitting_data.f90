@@ -188,7 +188,8 @@ contains
         data%quaternion = data%quaternion(:, :used)
         if (used >= 3 .or. .not. needed) return
         if (size(data%stars%time) == 0) then
-            call fail(error, 'star camera: no samples; ASSEST alone can do without, with the angular velocity of the setup')
+            call fail(error, 'star camera: no samples; assest-fde and assest-rde alone do without, by the angular '// &
+                      'velocity of the setup')
         else
             call fail(error, 'star camera: too few samples for an attitude')
         end if

@@ -151,11 +151,11 @@ contains
 
         do axis = 1, 3
             if (.not. knowledge%accelerometer_noise(axis)%level > 0) then
-                call fail(error, 'sequential: noise_level of accelerometer axis '//AXES(axis)//' = '// &
+                call fail(error, 'noise_level of accelerometer axis '//AXES(axis)//' = '// &
                           number_text(knowledge%accelerometer_noise(axis)%level)//' m^2 s^-4/Hz: it must be '// &
                           'positive, since the noise gives the samples their weights')
             else if (.not. knowledge%star_camera_sigma(axis) > 0) then
-                call fail(error, 'sequential: noise_about_axes('//AXES(axis)//') of the star camera = '// &
+                call fail(error, 'noise_about_axes('//AXES(axis)//') of the star camera = '// &
                           number_text(knowledge%star_camera_sigma(axis))//' rad: it must be positive, since '// &
                           'the noise gives the samples their weights')
             end if
