@@ -5,6 +5,7 @@ module test_level1_changed
     use gracecg_base_text, only: real_text, parse_real, split_words
     use gracecg_base_vectors, only: unit
     use gracecg_base_quaternion, only: quaternion_of_matrix
+    use gracecg_estimation_action, only: CALIBRATE_AGAIN, DO_NOT_USE
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
     use gracecg_files_path, only: files_in_folder
@@ -167,6 +168,12 @@ contains
             call check_says(error, estimate%findings(1)%text, 'inertia about '//AXES(i)//' and '//AXES(k)//' are exchanged')
         end do
         wrong = setup
+        wrong%inertia(1, 1) = 1.15_dp*setup%inertia(1, 1)
+        call estimate_level1(calibration, wrong, 'estimate', estimate, failure)
+        if (failed(error, failure)) return
+        call check(error, estimate%action%kind == DO_NOT_USE .or. estimate%action%kind == CALIBRATE_AGAIN .and. estimate%flag > 0, &
+                   'an inertia: no flag of good numbers')
+        wrong = setup
         wrong%rod_gain(3) = 2*setup%rod_gain(3)
         call estimate_level1(calibration, wrong, 'estimate', estimate, failure)
         if (failed(error, failure)) return
@@ -278,6 +285,18 @@ contains
         call execute_command_line('for f in '//path//'/ACC1A*; do awk ''head {t = $8; $8 = $9; $9 = t} {print} '// &
                                   '/^# End/ {head = 1}'' "$f" >"$f.new" && mv "$f.new" "$f"; done')
         call told('even then something is contradicted')
+        call again()
+        call execute_command_line('for f in '//path//'/MAG1*; do awk ''head {t = $8; $8 = $9; $9 = t; t = $11; $11 = $12; '// &
+                                  '$12 = t} {print} /^# End/ {head = 1}'' "$f" >"$f.new" && mv "$f.new" "$f"; done')
+        call told('the currents of rods x, y, z are those of y, x, z')
+        call again()        ! means of 1.1 s
+        call execute_command_line('for f in '//path//'/ACC1A*; do awk ''head {n++; line[n] = $0; for (c = 7; c < 10; c++) '// &
+            'v[n, c] = $c; next} {print} /^# End/ {head = 1} END {for (i = 6; i < n - 5; i++) {$0 = line[i]; '// &
+            'for (c = 7; c < 10; c++) {s = 0; for (k = -5; k < 6; k++) s += v[i + k, c]; $c = sprintf("%.12e", s/11)} '// &
+            'print}}'' "$f" >"$f.new" && mv "$f.new" "$f"; done')
+        call estimated()
+        if (allocated(error)) return
+        call check_says(error, estimate%action%text, 'with care: samples of ACC1A hardly differ from their neighbours')
         call again()
         call change(path, 'ACC1A', [1], 1.0_dp, -7.0_dp, error)
         call told('tags of the accelerometer (ACC) are -7 s off')

@@ -2,15 +2,17 @@
 !> leap second, GPS time taken as UTC) look like wrong signs, axes or gains; those of the accelerometer may jump by less.
 module gracecg_level1_time_shifts
     use gracecg_level1_basics
+    use gracecg_base_text, only: join
     use gracecg_environment_time, only: utc_text
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_spacecraft_torque_rods, only: torque_rods_t
+    use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_measured_moments
+    use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
     use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_series, only: interpolate
     implicit none
     private
-    public :: say_shift, say_jump
+    public :: say_shift, say_jump, say_exchange
 
     real(dp), parameter :: STEP = 0.5_dp        !! Of the times that are compared, s
     integer, parameter :: LAGS = 38             !! Shifts either way, in steps: 19 s
@@ -60,7 +62,8 @@ contains
         character(:), allocatable, intent(out) :: text      !! Without a full stop; empty: they do not jump
 
         real(dp), parameter :: HALF = 0.5_dp        ! s: torques are differenced over as much either way
-        real(dp), parameter :: LEAST = 0.02_dp      ! s, chosen: it moves d by some 5 um
+        ! s, chosen: by the first d moves by some 5 um; a rate holds no longer than the last (exchanged currents look like more)
+        real(dp), parameter :: LEAST = 0.02_dp, MOST = 1
         ! Of white noise, chosen: 20 sound simulated days have at most 4.1, two with square currents 6.7, jumps of 0.3 s 83 and 161
         real(dp), parameter :: SIGMAS = 15
         integer, parameter :: FEWEST = 50           ! Samples on either side
@@ -108,7 +111,8 @@ contains
         end do
         k = maxloc(gain, 1)
         jump = jump_at(k, 2)
-        if (abs(jump_at(k, 1)) < LEAST .or. gain(k) < SIGMAS**2*(squares - product(n, 1)**2/square(n) - gain(k))/(3*n)) return
+        if (abs(jump_at(k, 1)) < LEAST .or. abs(jump) > MOST) return
+        if (gain(k) < SIGMAS**2*(squares - product(n, 1)**2/square(n) - gain(k))/(3*n)) return
         text = 'the tags of the accelerometer jump by about '//trim(rounded_text(jump, 2))//' s at '// &
                trim(utc_text(utc_plus(estimate%arcs(arc(k))%knowledge%epoch, time(k))))//' UTC, in or behind span '// &
                integer_text(estimate%span_of(arc(k)))//': its delay is another from there on; correct the tags, or give the '// &
@@ -132,33 +136,18 @@ contains
         logical, intent(out) :: clear               !! They are alike with this lag, and less so with others
 
         real(dp) :: products(3, -LAGS:LAGS), seen(3, -LAGS:LAGS), acted(3, -LAGS:LAGS), correlation(-LAGS:LAGS)
-        real(dp), allocatable :: torque(:, :), turned(:, :), by_rod(:, :, :)
-        real(dp) :: normal(3, 3), rhs(3), gain(3), inverse(3, 3), condition     ! of each rod without a lag
-        type(torque_rods_t) :: one
-        type(error_t), allocatable :: failure
-        integer :: i, k, n, shift, rod
+        real(dp), allocatable :: torque(:, :), turned(:, :)
+        real(dp) :: gain(3), share
+        integer :: i, k, n, shift
 
         products = 0
-        normal = 0
-        rhs = 0
         seen = tiny(1.0_dp)
         acted = tiny(1.0_dp)
         do i = 1, min(size(arcs), MOST_ARCS)
             n = floor(arcs(i)%knowledge%duration/STEP)
-            allocate (turned(3, 0:n), by_rod(3, 0:n, 3))
-            do rod = 1, 3
-                one = arcs(i)%knowledge%rods
-                one%measured%moment(pack([1, 2, 3], [1, 2, 3] /= rod), :) = 0
-                by_rod(:, :, rod) = rod_accelerations(arcs(i), one, [(k*STEP, k=0, n)], .true.)
-            end do
-            allocate (torque(3, 0:n), source=sum(by_rod, 3))
-            if (by_channels) then
-                do k = 0, n
-                    call interpolate(arcs(i)%accelerometer_time, arcs(i)%angular_acceleration, k*STEP, turned(:, k))
-                end do
-            else
-                call difference_attitude(arcs(i), turned)
-            end if
+            allocate (turned(3, 0:n), torque(3, 0:n))
+            torque = rod_accelerations(arcs(i), arcs(i)%knowledge%rods, [(k*STEP, k=0, n)], .true.)
+            call take_turning(arcs(i), by_channels, turned)
             do shift = -LAGS, LAGS
                 associate (a => torque(:, max(0, -shift):min(n, n - shift)), b => turned(:, max(0, shift):min(n, n + shift)))
                     products(:, shift) = products(:, shift) + covariance(a, b)
@@ -166,27 +155,106 @@ contains
                     seen(:, shift) = seen(:, shift) + covariance(b, b)
                 end associate
             end do
+            deallocate (torque, turned)
+        end do
+        correlation = sum(products/sqrt(acted*seen), 1)/3
+        shift = maxloc(correlation, 1) - LAGS - 1
+        if (correlation(shift) < max(correlation(0) + BETTER, -correlation(0))) shift = 0      ! or the sign is wrong
+        call explain_turning(arcs, by_channels, [1, 2, 3], gain, share)
+        if (minval(gain) < 0 .and. share > correlation(shift)**2) shift = 0     ! or that of a rod
+        lag = shift*STEP
+        clear = correlation(shift) > ALIKE
+    end subroutine find_lag
+
+    !> Whether the satellite turns as if the currents of rods were exchanged.
+    subroutine say_exchange(arcs, with_channels, text)
+        type(observation_set_t), intent(in) :: arcs(:)
+        logical, intent(in) :: with_channels        !! The accelerometer has angular channels
+        character(:), allocatable, intent(out) :: text      !! Without a full stop; empty: it does not
+
+        integer, parameter :: ORDERS(3, 6) = reshape([1, 2, 3, 2, 1, 3, 1, 3, 2, 3, 2, 1, 2, 3, 1, 3, 1, 2], [3, 6])
+        real(dp) :: gain(3), share(size(ORDERS, 2))
+        integer :: i
+
+        text = ''
+        do i = 1, size(share)
+            call explain_turning(arcs, with_channels, ORDERS(:, i), gain, share(i))
+            if (minval(gain) < 0) share(i) = 0
+        end do
+        i = maxloc(share, 1)
+        if (share(i) < max(ALIKE**2, share(1) + BETTER)) return
+        text = 'the currents of rods x, y, z are those of '//join(AXES(ORDERS(:, i)), ', ')//': so exchanged they explain '// &
+               integer_text(nint(100*share(i)))//' % of how the satellite turns, as they are '// &
+               integer_text(nint(100*share(1)))//' %; correct the files'
+    end subroutine say_exchange
+
+    !> How the rods explain how the satellite turns, each with a gain of its own.
+    subroutine explain_turning(arcs, by_channels, order, gain, share)
+        type(observation_set_t), intent(in) :: arcs(:)
+        logical, intent(in) :: by_channels          !! As channels show it; else the attitude
+        integer, intent(in) :: order(3)             !! Whose moments each rod has
+        real(dp), intent(out) :: gain(3)            !! 0: it is not driven
+        real(dp), intent(out) :: share              !! Of the squares
+
+        real(dp), allocatable :: turned(:, :), by_rod(:, :, :)
+        real(dp) :: normal(3, 3), rhs(3), squares, inverse(3, 3), condition
+        type(moment_series_t) :: moments
+        type(torque_rods_t) :: one
+        type(error_t), allocatable :: failure
+        integer :: i, k, n, rod
+
+        normal = 0
+        rhs = 0
+        squares = tiny(squares)
+        gain = 0
+        share = 0
+        do i = 1, min(size(arcs), MOST_ARCS)
+            n = floor(arcs(i)%knowledge%duration/STEP)
+            allocate (turned(3, 0:n), by_rod(3, 0:n, 3))
+            one = arcs(i)%knowledge%rods
+            associate (measured => arcs(i)%knowledge%rods%measured)
+                call new_moment_series(measured%time, measured%moment(order, :), moments, failure, measured%held)
+            end associate
+            if (allocated(failure)) return
+            call take_measured_moments(moments, one)
+            do rod = 1, 3
+                one%gain = 0
+                one%gain(rod) = arcs(i)%knowledge%rods%gain(rod)
+                by_rod(:, :, rod) = rod_accelerations(arcs(i), one, [(k*STEP, k=0, n)], .true.)
+            end do
+            call take_turning(arcs(i), by_channels, turned)
+            squares = squares + sum(covariance(turned, turned))
             do rod = 1, 3
                 rhs(rod) = rhs(rod) + sum(covariance(by_rod(:, :, rod), turned))
                 do k = 1, 3
                     normal(k, rod) = normal(k, rod) + sum(covariance(by_rod(:, :, k), by_rod(:, :, rod)))
                 end do
             end do
-            deallocate (torque, turned, by_rod)
+            deallocate (turned, by_rod)
         end do
-        correlation = sum(products/sqrt(acted*seen), 1)/3
-        shift = maxloc(correlation, 1) - LAGS - 1
-        if (correlation(shift) < max(correlation(0) + BETTER, -correlation(0))) shift = 0      ! or the sign is wrong
         do rod = 1, 3
             if (.not. normal(rod, rod) > 0) normal(rod, rod) = 1        ! it is not driven
         end do
         call solve_normal_equations(normal, rhs, gain, inverse, condition, failure)
-        if (.not. allocated(failure)) then          ! or that of a rod
-            if (minval(gain) < 0 .and. dot_product(gain, rhs) > correlation(shift)**2*sum(seen(:, 0))) shift = 0
+        if (.not. allocated(failure)) share = dot_product(gain, rhs)/squares
+    end subroutine explain_turning
+
+    !> How the satellite turns, every STEP.
+    subroutine take_turning(arc, by_channels, turned)
+        type(observation_set_t), intent(in) :: arc
+        logical, intent(in) :: by_channels          !! As the angular channels show it; else the attitude
+        real(dp), intent(out) :: turned(:, 0:)      !! (3, 0:n), rad/s^2
+
+        integer :: k
+
+        if (by_channels) then
+            do k = 0, ubound(turned, 2)
+                call interpolate(arc%accelerometer_time, arc%angular_acceleration, k*STEP, turned(:, k))
+            end do
+        else
+            call difference_attitude(arc, turned)
         end if
-        lag = shift*STEP
-        clear = correlation(shift) > ALIKE
-    end subroutine find_lag
+    end subroutine take_turning
 
     !> What the attitude shows of the angular acceleration: second differences of its angles.
     subroutine difference_attitude(arc, turned)
