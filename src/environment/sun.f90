@@ -7,8 +7,9 @@ module gracecg_environment_sun
     use gracecg_base_vectors, only: cross
     implicit none
     private
-    public :: sun_position, conical_shadow, edge_of_shadow
+    public :: sun_position, conical_shadow, is_another_light, edge_of_shadow
 
+    real(dp), parameter :: CHANGE = 0.01_dp     !! Of the part that is seen of the Sun: some 5e-10 m/s^2
     real(dp), parameter :: OBLIQUITY_J2000 = 23.43929111_dp*DEGREE
     !! Mean obliquity of the ecliptic at J2000 (IAU 1976), rad
 
@@ -126,6 +127,13 @@ contains
         end if
     end function conical_shadow
 
+    !> Whether the light is so different that it shows: another part of the Sun is seen, or all of it no more or again.
+    elemental logical function is_another_light(light, before)
+        real(dp), intent(in) :: light, before       !! Of conical_shadow
+
+        is_another_light = abs(light - before) > CHANGE .or. (light >= 1 .neqv. before >= 1)
+    end function is_another_light
+
     !> When in an arc the satellite enters or leaves the full light of the Sun, or where it does neither in the penumbra, sees
     !> another part of the Sun than before, s; negative where its light stays, or its orbit is not known.
     pure real(dp) function edge_of_shadow(centuries, time, position, duration) result(edge)
@@ -134,7 +142,6 @@ contains
         real(dp), intent(in) :: position(:, :)  !! Inertial frame, (3, size(time)), m
         real(dp), intent(in) :: duration        !! Of the arc, s
 
-        real(dp), parameter :: CHANGE = 0.01_dp     ! of the part that is seen: some 5e-10 m/s^2
         real(dp) :: sun(3), light, before, first
         integer :: i
 

@@ -266,6 +266,9 @@ contains
             call check_passes(error, failure)
         end do
         call refused('silent since')
+        sample%has_field = .true.
+        sample%position = -norm2(sample%position)*unit(live%sun)        ! behind the Earth
+        call refused('the Sun rises or sets')
         call begin_live_estimate(observations%knowledge, HERE, [2.0_dp, 0.0_dp, 0.0_dp], live, failure)
         call check_fails(error, failure, '2 rad/s')
         call begin_live_estimate(observations%knowledge, HERE, REST, live, failure, wave_frequency=6.0_dp)

@@ -20,6 +20,8 @@ module gracecg_estimation_live_estimate
     use gracecg_base_coloured_noise, only: coloured_noise_t, coloured_noise, N_POLES
     use gracecg_base_quaternion, only: rotation_matrix, quaternion_product, conjugate_quaternion, normalised
     use gracecg_base_vectors, only: cross, unit
+    use gracecg_environment_sun, only: sun_position, conical_shadow, is_another_light
+    use gracecg_environment_time, only: julian_centuries_tt
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_observations_observation_set, only: LARGEST_ACCELERATION, LARGEST_FIELD
     use gracecg_observations_parameters, only: PARAMETERS, ATTITUDE_ANGLES, RATE, TORQUE, FIELD_BIAS, SCALE_FACTORS, DRIFT, &
@@ -102,6 +104,8 @@ module gracecg_estimation_live_estimate
         real(dp) :: field_time(2) = 0, field(3, 2) = 0      !! Its last two: s; body axes, T
         real(dp) :: position(3) = 0                 !! Of the last sample, m
         real(dp) :: largest_moment = 0              !! That is taken, A m^2
+        real(dp) :: sun(3) = 0                      !! Inertial J2000, m
+        real(dp) :: light = -1                      !! Of the Sun at the first sample with a position: the part that is seen
         real(dp) :: edit_sigma = 5                  !! An innovation beyond it is left out, standard deviations
     contains
         procedure :: add        !! Takes what has come in the next sampling interval
@@ -149,6 +153,7 @@ contains
         call lay_out_window(knowledge, self%model, self%trajectory)
         self%model%wave_frequency = frequency
         self%edit_sigma = usual%edit_sigma
+        self%sun = sun_position(julian_centuries_tt(knowledge%epoch))
         self%largest_moment = MOST_BORNE*knowledge%rods%largest_moment
         self%star_sigma = knowledge%star_camera_sigma
         self%mounting = knowledge%mounting
@@ -263,8 +268,8 @@ contains
     !> and all of the first seconds these are added anew.
     !>
     !> Fails, and takes nothing, when a number is not finite, when the time is not that of the next interval (an interval in
-    !> which the accelerometer is silent has to be added, too: the rods act), or when the magnetometer has not yet been heard or
-    !> too long ago.
+    !> which the accelerometer is silent has to be added, too: the rods act), when the magnetometer has not yet been heard or
+    !> too long ago, and where by its position the Sun rises or sets: the forces are a straight line no more, the estimate ends.
     subroutine add(self, sample, error)
         class(live_estimate_t), intent(inout) :: self
         type(live_sample_t), intent(in) :: sample
@@ -272,6 +277,7 @@ contains
 
         call take(self, sample, error)
         if (allocated(error)) return
+        if (self%light < 0 .and. norm2(sample%position) > 0) self%light = conical_shadow(sample%position, self%sun)
         if (any(sample%has_attitude)) call move_to_estimate(self, .false.)
         associate (kept => size(self%first))
             if (self%samples > kept) return
@@ -369,6 +375,11 @@ contains
             else if (.not. (sample%has_field .or. sample%time - self%field_time(2) <= LONGEST_SILENCE)) then
                 call fail(error, 'live estimate: at '//number_text(sample%time)//' s the magnetometer has been silent since '// &
                           number_text(self%field_time(2))//' s; '//number_text(LONGEST_SILENCE)//' s are bridged')
+            else if (self%light >= 0 .and. norm2(sample%position) > 0) then
+                if (is_another_light(conical_shadow(sample%position, self%sun), self%light)) &
+                    call fail(error, 'live estimate: at '//number_text(sample%time)//' s the Sun rises or sets, and the forces '// &
+                              'are no straight line any more: take the estimate that there is, or begin another behind the '// &
+                              'edge of the shadow')
             end if
             do head = 1, HEADS
                 if (allocated(error) .or. .not. sample%has_attitude(head)) cycle
