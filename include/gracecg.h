@@ -386,7 +386,9 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      action_again[3]                1: this axis takes another calibration
      belief_undetected[3]           what a single wrong thing in the setup could move each component by, unseen,
                                     and what the estimate differs from that of "optimal" by, m
-     belief_apart[3]                the latter alone, m
+     belief_undetected_as_stated[3] the same if what the setup states holds within three times its sigmas, m: what
+                                    the action rests on
+     belief_apart[3]                of both the latter alone, m
      belief_tested                  how many things
      belief_contradicted            of them
      belief_untested                too weakly: they could move a component farther than is wanted

@@ -43,7 +43,7 @@ SATELLITE = """&calibration name = 'own', epoch = '2024-03-15T06:00:00', duratio
 &operator accelerometer_scale_sigma = 0.0101, 0.0159, 0.0119, magnetometer_bias_nt_sigma = 50, 30, 25 /
 """
 NUMBER = r"[-+]?[\d.][-+.\deE]*"
-VALUE = rf"('[^']*'|{NUMBER}(?:, {NUMBER})*)"       # of a key: a text, or numbers
+VALUE = rf"('[^']*'|\.(?:true|false)\.|{NUMBER}(?:, {NUMBER})*)"      # of a key: a text, a logical, or numbers
 
 
 def changed(text, key, value):

@@ -273,8 +273,10 @@ class Beliefs:
     ----------
     undetected : ndarray, (3,)
         What a single wrong belief could move each component of the offset by, unseen, m.
+    undetected_as_stated : ndarray, (3,)
+        The same if what the setup states holds within three times its sigmas: what the action rests on.
     apart : ndarray, (3,)
-        Part of it that is the difference from the estimate of "optimal", m.
+        Part of both that is the difference from the estimate of "optimal", m.
     tested, contradicted, untested : int
         How many; untested: too weakly, they could move a component farther than is wanted.
     sign_known : bool
@@ -284,6 +286,7 @@ class Beliefs:
     """
 
     undetected: Array = array(3, item="belief_undetected")
+    undetected_as_stated: Array = array(3, item="belief_undetected_as_stated")
     apart: Array = array(3, item="belief_apart")
     tested: int = named("belief_tested")
     contradicted: int = named("belief_contradicted")

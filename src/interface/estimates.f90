@@ -206,6 +206,7 @@ contains
         end if
         associate (report => solution%beliefs)
             call items%put('belief_undetected', report%undetected(.false.))
+            call items%put('belief_undetected_as_stated', report%undetected(.true.))
             call items%put('belief_apart', report%apart)
             call items%put('belief_tested', real(report%how_many(), dp))
             call items%put('belief_contradicted', real(report%how_many(CONTRADICTED), dp))

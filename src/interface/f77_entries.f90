@@ -1486,7 +1486,7 @@ subroutine gcblf(algo, iobs, und, apart, ntest, ncon, nunt, istat, msg)
     !! Item belief_undetected: what a single wrong thing in the setup could move each component by, unseen, and what
     !! the estimate differs from that of "optimal" by, m
     real(dp), intent(inout) :: apart(3)
-    !! Item belief_apart: the latter alone, m
+    !! Item belief_apart: of both the latter alone, m
     integer, intent(inout) :: ntest
     !! Item belief_tested: how many things
     integer, intent(inout) :: ncon

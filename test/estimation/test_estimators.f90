@@ -257,7 +257,7 @@ contains
         call leave_out_stars(observations)
         do i = 1, size(ESTIMATOR_NAMES)
             observations%knowledge%angular_velocity_sigma = 0
-            call estimate_refused(error, ESTIMATOR_NAMES(i), observations, 'star camera ... other means')
+            call estimate_refused(error, ESTIMATOR_NAMES(i), observations, 'star camera ... no angular velocity in the setup')
             if (i <= 2) cycle
             observations%knowledge%angular_velocity_sigma = 1e-6_dp
             call estimate_refused(error, ESTIMATOR_NAMES(i), observations, 'star camera ... assest-rde alone')

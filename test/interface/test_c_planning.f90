@@ -174,7 +174,7 @@ contains
         call check_refused(error, NULL_POINTER, 'seconds', gracecg_map(handle, ONE, threads=1, places=places, error=failure))
         call check_refused(error, BAD_VALUE, 'seconds', gracecg_map(handle, ONE, [NAN], 1, places, failure))
         status = gracecg_map(handle, ONE, [-5.0_dp], 1, places, failure)
-        call check_refused(error, HAS_FAILED, 'time of the calibration')
+        call check_refused(error, HAS_FAILED, 'times of the map')
         call check_refused(error, HAS_FAILED, '150 revolutions', gracecg_map(handle, ONE, [1e9_dp], 1, places, failure))
         call check_refused(error, BAD_VALUE, 'threads', gracecg_map(handle, ONE, [0.0_dp], -1, places, failure))
         status = gracecg_map(handle, -1_c_size_t, [0.0_dp], 1, places, failure)

@@ -174,7 +174,7 @@ contains
         call check_fails(error, failure, 'accelerometer 3: the sample at 3.5 s has a component of 2')
         deallocate (again%further_acceleration)
         call estimate_offset('optimal', again, calibration%options, solution, failure)
-        call check_fails(error, failure, 'beyond the first are missing')
+        call check_fails(error, failure, 'further_acceleration are allocated')
         call case_text(calibration%case, good, failure)
         if (failed(error, failure)) return
         call case_from_text(good, 'again', calibration%case, failure)

@@ -8,7 +8,7 @@ module gracecg_level1_judgement
     use gracecg_level1_calibration, only: level1_calibration_t, signs_are_known
     use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
-    use gracecg_level1_setup, only: leakage_sigmas
+    use gracecg_level1_setup, only: leakage_sigmas, QUIETEST
     use gracecg_level1_time_shifts, only: say_shift, say_jump, say_exchange
     use gracecg_observations_parameters, only: ROD_GAIN, FIELD_DELAY
     use gracecg_spacecraft_rod_leakage, only: USUAL_LEAKAGE
@@ -430,25 +430,28 @@ contains
 
     !> Whether what the fit leaves of two axes of the accelerometer changes as little from sample to sample as means over some
     !> samples do: the squares of second differences are six times those of white noise. The rods' lines, too, are smaller in means.
+    !> Of samples without noise nothing is said.
     pure logical function is_smoothed(estimate)
         type(level1_estimate_t), intent(in) :: estimate
 
         real(dp), parameter :: LITTLE = 0.35_dp     ! Chosen: sound simulated days have 1.4 to 1.7, means of 1 s 0.22 and 0.3
         real(dp) :: squares(3), differences(3)
-        integer :: i, k
+        integer :: i, k, n
 
         squares = 0
         differences = 0
+        n = 0
         do i = 1, size(estimate%residuals)
             associate (left => estimate%residuals(i)%linear, kept => estimate%residuals(i)%kept)
                 do k = 2, size(kept) - 1
                     if (.not. all(kept(k - 1:k + 1))) cycle
+                    n = n + 1
                     squares = squares + left(:, k)**2
                     differences = differences + (left(:, k - 1) - 2*left(:, k) + left(:, k + 1))**2
                 end do
             end associate
         end do
-        is_smoothed = count(differences < 6*LITTLE*squares) > 1
+        is_smoothed = count(differences < 6*LITTLE*squares .and. squares > n*(QUIETEST/5)**2) > 1
     end function is_smoothed
 
     !> Flags of the solutions: 0 good, 1 with care, 2 not to be used.
