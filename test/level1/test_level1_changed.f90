@@ -37,6 +37,7 @@ contains
                     new_unittest('order-of-quaternions', test_pointing), &
                     new_unittest('fields-and-currents', test_fields_and_currents), &
                     new_unittest('exchanged-moments', test_exchanged_moments), &
+                    new_unittest('lines-of-spans', test_span_lines), &
                     new_unittest('delays-without-star-cameras', test_delays), &
                     new_unittest('square-currents', test_square_currents)]
     end subroutine collect_level1_changed
@@ -182,6 +183,41 @@ contains
             call check(error, all(abs(report%explanations%value) > report%critical*report%explanations%sigma), 'what it explains')
         end associate
     end subroutine test_exchanged_moments
+
+    !> Spans by a file of lines are those alone; a line that is none is told by its number.
+    subroutine test_span_lines(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: NO_SPAN(2, 0) = 0
+        type(level1_truth_t) :: truth
+        type(level1_setup_t) :: setup
+        type(level1_calibration_t) :: all, calibration
+        type(error_t), allocatable :: failure
+        character(:), allocatable :: path, lines
+
+        call prepare(level1_settings_t(), 'l1s_lines', truth, path)
+        call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
+        if (.not. allocated(failure)) call gather_calibration([path], setup, '', '', NO_SPAN, 'model', all, failure)
+        if (failed(error, failure)) return
+        lines = line_of(3)//new_line('a')//line_of(1)
+        call make_file('l1_spans.txt', lines)
+        call gather_calibration([path], setup, '', FOLDER//'l1_spans.txt', NO_SPAN, 'model', calibration, failure)
+        if (failed(error, failure)) return
+        if (unmet(error, size(calibration%spans), 2, 'spans')) return
+        call check(error, minval(abs(calibration%spans%start - all%spans(1)%start)), 0.0_dp, thr=1e-3_dp)
+        call check(error, minval(abs(calibration%spans%start - all%spans(3)%start)), 0.0_dp, thr=1e-3_dp)
+        call make_file('l1_spans.txt', lines//' 1')
+        call gather_calibration([path], setup, '', FOLDER//'l1_spans.txt', NO_SPAN, 'model', calibration, failure)
+        call check_fails(error, failure, 'l1_spans.txt:2 ... expected start and duration of a span')
+
+    contains
+
+        function line_of(span) result(line)
+            integer, intent(in) :: span
+            character(:), allocatable :: line
+
+            line = real_text(all%epoch + all%spans(span)%start)//' '//real_text(all%spans(span)%stop - all%spans(span)%start)
+        end function line_of
+    end subroutine test_span_lines
 
     !> Heads alone tell the delay of torque and samples together to 20 ms, however far the rods' gains are off: with a sigma of 6 %
     !> of the gains one of 6 ms was said.

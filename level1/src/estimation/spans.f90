@@ -249,7 +249,8 @@ contains
 
         allocate (spans(2, 0))
         call read_span_lines(path, spans, other)
-        if (.not. allocated(other)) return
+        if (size(spans, 2) > 0 .and. allocated(other)) call move_alloc(other, error)      ! the first line is of spans
+        if (allocated(error) .or. size(spans, 2) > 0) return
         call read_events(path, events, error)
         if (allocated(error)) return
         call manoeuvre_spans(events, satellite, spans)
