@@ -179,7 +179,7 @@ contains
         text = ''
         do i = 1, size(share)
             call explain_turning(arcs, with_channels, ORDERS(:, i), gain, share(i))
-            if (minval(gain) < 0) share(i) = 0
+            if (i > 1 .and. minval(gain) < 0) share(i) = 0      ! as they are, one may have the wrong sign
         end do
         i = maxloc(share, 1)
         if (share(i) < max(ALIKE**2, share(1) + BETTER)) return

@@ -106,7 +106,7 @@ contains
         end if
         solution%beliefs%lost_channel = lost_channel(observations%knowledge%rods)
         call doubt_scale(observations%knowledge, options, solution)
-        if (.not. has_orbit(observations)) call doubt_field(solution%beliefs)
+        if (.not. (has_orbit(observations) .or. observations%knowledge%rods%direct)) call doubt_field(solution%beliefs)
         call confirm_contradictions(observations, options, solution%misfit, solution%beliefs)
         if (solution%misfit > 0 .and. solution%beliefs%has_contradiction() .and. solution%beliefs%lost_channel == '') &
             call explain(observations, options, solution%beliefs, solution%misfit, solution%beliefs%explanations)
