@@ -41,7 +41,8 @@ class Utc:
                 when = when.astimezone(datetime.timezone.utc).replace(tzinfo=None)
             when = when.isoformat()
         elif isinstance(when, (datetime.date, np.datetime64)):
-            when = str(when)
+            seconds = np.datetime64(when).astype("datetime64[s]")
+            when = str(seconds if seconds == when else when)
         utc = ffi.new("gracecg_utc *")
         call("utc_parse", when.encode(), utc)
         return cls(utc.mjd, utc.seconds)

@@ -105,6 +105,8 @@ def test_models():
     assert np.all(air.density > 0) and air.number_density.shape == (2, 3)
     assert gracecg.Wind().evaluate("1989-01-02", POSITION).shape == (2, 2)
     sun = gracecg.sun_position(np.datetime64("1989-01-02T00:00"), [0.0, 86400.0])
+    assert gracecg.Utc.of(np.datetime64("2050-01", "M")).mjd == 69807
+    assert gracecg.Utc.of(np.datetime64("1989-01-02T00:00:00.5")).seconds == 0.5
     assert np.allclose(np.linalg.norm(sun, axis=1), 1.471e11, rtol=2e-3)     # perihelion
     assert np.array_equal(gracecg.sun_illumination(sun[:1] / 1e4, sun[:1]), [1.0])
     flux = gracecg.EarthRadiation().flux("1989-01-02", POSITION)
