@@ -443,8 +443,8 @@ gracecg_status gracecg_estimate_chain(const gracecg_object *observations, double
 /* Begins an estimate that is fed sample by sample, in memory that does not grow, with a guess of attitude and angular
    velocity (rad/s, body axes) at the first sample. The drag is a straight line in time and, where wave_frequency (Hz)
    is not 0, a wave of this frequency, known to 1 % (standard deviation), along the airflow. Of the setup its rods are
-   not used, but for what they bear (ten times that is refused). The one kind of object that changes: one thread at a
-   time may use it. */
+   not used, but for what they bear (ten times that is refused). Where by the positions the Sun rises or sets, samples
+   are refused, and the estimate stays as it is. The one kind of object that changes: one thread at a time may use it. */
 gracecg_status gracecg_live_begin(const gracecg_object *setup, const double quaternion[4],
                                   const double angular_velocity[3], double wave_frequency, gracecg_object **live,
                                   gracecg_error *error);

@@ -37,7 +37,7 @@ contains
                     new_unittest('order-of-quaternions', test_pointing), &
                     new_unittest('fields-and-currents', test_fields_and_currents), &
                     new_unittest('exchanged-moments', test_exchanged_moments), &
-                    new_unittest('lines-of-spans', test_span_lines), &
+                    new_unittest('choices-of-spans-and-field', test_choices), &
                     new_unittest('delays-without-star-cameras', test_delays), &
                     new_unittest('square-currents', test_square_currents)]
     end subroutine collect_level1_changed
@@ -184,27 +184,38 @@ contains
         end associate
     end subroutine test_exchanged_moments
 
-    !> Spans by a file of lines are those alone; a line that is none is told by its number.
-    subroutine test_span_lines(error)
+    !> Spans by a file of lines are those alone; a line that is none is told by its number. And the field by the magnetometer.
+    subroutine test_choices(error)
         type(error_type), allocatable, intent(out) :: error
         real(dp), parameter :: NO_SPAN(2, 0) = 0
         type(level1_truth_t) :: truth
         type(level1_setup_t) :: setup
-        type(level1_calibration_t) :: all, calibration
+        type(level1_calibration_t) :: whole, calibration
+        type(level1_estimate_t) :: estimate
         type(error_t), allocatable :: failure
         character(:), allocatable :: path, lines
 
         call prepare(level1_settings_t(), 'l1s_lines', truth, path)
         call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
-        if (.not. allocated(failure)) call gather_calibration([path], setup, '', '', NO_SPAN, 'model', all, failure)
+        if (.not. allocated(failure)) call gather_calibration([path], setup, '', '', NO_SPAN, 'model', whole, failure)
         if (failed(error, failure)) return
         lines = line_of(3)//new_line('a')//line_of(1)
         call make_file('l1_spans.txt', lines)
         call gather_calibration([path], setup, '', FOLDER//'l1_spans.txt', NO_SPAN, 'model', calibration, failure)
         if (failed(error, failure)) return
         if (unmet(error, size(calibration%spans), 2, 'spans')) return
-        call check(error, minval(abs(calibration%spans%start - all%spans(1)%start)), 0.0_dp, thr=1e-3_dp)
-        call check(error, minval(abs(calibration%spans%start - all%spans(3)%start)), 0.0_dp, thr=1e-3_dp)
+        call check(error, minval(abs(calibration%spans%start - whole%spans(1)%start)), 0.0_dp, thr=1e-3_dp)
+        call check(error, minval(abs(calibration%spans%start - whole%spans(3)%start)), 0.0_dp, thr=1e-3_dp)
+        ! Of all spans, by the magnetometer's field in place of the model's, which it replaces within what both err by
+        call gather_calibration([path], setup, '', '', NO_SPAN, 'magnetometer', calibration, failure)
+        if (failed(error, failure)) return
+        associate (one => calibration%spans(1)%field, other => whole%spans(1)%field)
+            call check(error, maxval(abs(one - other)) > 0 .and. maxval(abs(one - other)) < 500e-9_dp, 'field')
+        end associate
+        call estimate_level1(calibration, setup, 'estimate', estimate, failure)
+        if (failed(error, failure)) return
+        call check(error, all(abs(estimate%solutions(1)%offset - truth%case%satellite%offset) < &
+                              4*sigma_of(estimate%solutions(1)) + 3*MICROMETRE), 'offset')
         call make_file('l1_spans.txt', lines//' 1')
         call gather_calibration([path], setup, '', FOLDER//'l1_spans.txt', NO_SPAN, 'model', calibration, failure)
         call check_fails(error, failure, 'l1_spans.txt:2 ... expected start and duration of a span')
@@ -215,9 +226,11 @@ contains
             integer, intent(in) :: span
             character(:), allocatable :: line
 
-            line = real_text(all%epoch + all%spans(span)%start)//' '//real_text(all%spans(span)%stop - all%spans(span)%start)
+            associate (one => whole%spans(span))
+                line = real_text(whole%epoch + one%start)//' '//real_text(one%stop - one%start)
+            end associate
         end function line_of
-    end subroutine test_span_lines
+    end subroutine test_choices
 
     !> Heads alone tell the delay of torque and samples together to 20 ms, however far the rods' gains are off: with a sigma of 6 %
     !> of the gains one of 6 ms was said.

@@ -8,7 +8,7 @@ module gracecg_level1_judgement
     use gracecg_level1_calibration, only: level1_calibration_t, signs_are_known
     use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
-    use gracecg_level1_setup, only: leakage_sigmas, QUIETEST
+    use gracecg_level1_setup, only: leakage_sigmas
     use gracecg_level1_time_shifts, only: say_shift, say_jump, say_exchange
     use gracecg_observations_parameters, only: ROD_GAIN, FIELD_DELAY
     use gracecg_spacecraft_rod_leakage, only: USUAL_LEAKAGE
@@ -55,11 +55,6 @@ contains
                     end do
                 end if
                 if (first%flag == 1) estimate%action%text = estimate%action%text//'; with care: '//trim(first%reason)
-                if (estimate%action%kind == CALIBRATE_AGAIN .and. any(known%unseen > known%tolerated)) then
-                    first%flag = max(1, first%flag)
-                    estimate%flag = first%flag
-                    if (first%reason == '') first%reason = 'what no test sees could move the offset'
-                end if
             end if
         end associate
     end subroutine take_action
@@ -167,7 +162,7 @@ contains
                 left = arc%angular_acceleration - rod_accelerations(arc, rods, times, .true.)
                 do k = 1, 3
                     one = rods
-                    one%measured%moment(pack([1, 2, 3], [1, 2, 3] /= k), :) = 0
+                    one%gain(pack([1, 2, 3], [1, 2, 3] /= k)) = 0
                     largest = maxval(abs(one%measured%moment(k, :)))
                     call longest_silence(one%measured%time, abs(one%measured%moment(k, :)) <= ZERO*largest, times(1), &
                                          times(size(times)), first, last)
@@ -434,7 +429,8 @@ contains
     pure logical function is_smoothed(estimate)
         type(level1_estimate_t), intent(in) :: estimate
 
-        real(dp), parameter :: LITTLE = 0.35_dp     ! Chosen: sound simulated days have 1.4 to 1.7, means of 1 s 0.22 and 0.3
+        real(dp), parameter :: LITTLE = 0.35_dp     ! Chosen: three sound simulated days have 1.4 to 1.7, means of 1 s 0.22, 0.3
+        real(dp), parameter :: NO_NOISE = 1e-11_dp  ! m/s^2, chosen: less is what the model leaves
         real(dp) :: squares(3), differences(3)
         integer :: i, k, n
 
@@ -451,7 +447,7 @@ contains
                 end do
             end associate
         end do
-        is_smoothed = count(differences < 6*LITTLE*squares .and. squares > n*(QUIETEST/5)**2) > 1
+        is_smoothed = count(differences < 6*LITTLE*squares .and. squares > n*NO_NOISE**2) > 1
     end function is_smoothed
 
     !> Flags of the solutions: 0 good, 1 with care, 2 not to be used.
@@ -485,6 +481,10 @@ contains
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
                 if (.not. signs_are_known(calibration)) call lower(1, 'sign of the accelerometer not confirmed')
                 if (.not. calibration%has_angular) call lower(1, 'the accelerometer has no angular channels')
+                if (allocated(solution%beliefs)) then
+                    if (any(solution%beliefs%undetected(.true.) > solution%beliefs%wanted)) &
+                        call lower(1, 'what no test sees could move the offset')
+                end if
                 if (any(abs(solution%offset - first%offset) > max(CLOSE_ENOUGH, SIGMAS*hypot(sigma, sigma_of(first))))) then
                     call lower(2, 'disagrees with '//trim(first%source))
                     first%flag = 2

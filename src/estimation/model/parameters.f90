@@ -62,6 +62,8 @@ contains
         sigmas(AIRFLOW_TURN) = USUAL_WIND
         sigmas(SIDE_FORCE) = force_size(knowledge)*USUAL_SIDE_FORCE
         sigmas(LIFT) = force_size(knowledge)*USUAL_LIFT
+        ! A slow swing takes the lift for an offset: no more of it is expected than of the air's force that is stated
+        if (knowledge%rods%direct .and. knowledge%a_priori%drag > 0) sigmas(LIFT) = knowledge%a_priori%drag/USUAL_DRAG*USUAL_LIFT
         sigmas(TILT) = force_size(knowledge)*USUAL_TILT
         associate (turn => USUAL_TURNING*knowledge%duration/2, light_size => force_size(knowledge)*USUAL_LIGHT)
             sigmas(LIGHT(4:6)) = light_size*turn
@@ -77,8 +79,8 @@ contains
     end function force_size
 
     !> Whether an instrument is so quiet, for the drag that there is, that the lift shows; or the satellite may swing as
-    !> torquers make it, by milliradians for minutes: such a line shows it in any noise (twelve places of a swing of 200 s in
-    !> 1e-20, 600 km up: mean normalised squares without it 607).
+    !> torquers make it, by milliradians for minutes: such a line shows it in any noise (a swing of 200 s in 1e-20 at the twelve
+    !> places of docs/validation.md: mean normalised squares without it 712).
     pure logical function feels_lift(knowledge)
         type(operator_knowledge_t), intent(in) :: knowledge
 

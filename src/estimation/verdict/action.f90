@@ -105,8 +105,8 @@ contains
         action%text = ''
         if (any(moved)) call append('trim: move the centre of mass by '//join(pack(moves, moved), ', ')//' (sigma '// &
                                     join(pack(sigmas, moved), ', ')//' mm; mass moments '//join(pack(moments, moved), ', ')// &
-                                    ' kg mm), if the setup '//pick_text(known%signs_seen, 'holds, its mass and '// &
-                                    'a common scale of the accelerometer, too', 'and its accelerometer signs hold'))
+                                    ' kg mm), if the setup '//pick_text(known%signs_seen, 'holds (mass and common '// &
+                                    'scale of the accelerometer are not tested)', 'and its accelerometer signs hold'))
         if (any(good .and. .not. moved)) call append('leave '//trim(listed_axes(good .and. .not. moved))//' (within '// &
                                                     rounded_text(NOT_ZERO, 2)//' sigma of 0)')
         if (.not. all(good)) call append('calibrate again for '//trim(listed_axes(.not. good))//' ('// &
