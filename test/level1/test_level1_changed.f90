@@ -5,7 +5,6 @@ module test_level1_changed
     use gracecg_base_text, only: real_text, parse_real, split_words
     use gracecg_base_vectors, only: unit
     use gracecg_base_quaternion, only: quaternion_of_matrix
-    use gracecg_estimation_action, only: CALIBRATE_AGAIN, DO_NOT_USE
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_files_file, only: text_file_t, read_text_file, output_file_t
     use gracecg_files_path, only: files_in_folder
@@ -168,12 +167,6 @@ contains
             if (unmet(error, size(estimate%findings), 1, 'one cause')) return
             call check_says(error, estimate%findings(1)%text, 'inertia about '//AXES(i)//' and '//AXES(k)//' are exchanged')
         end do
-        wrong = setup
-        wrong%inertia(1, 1) = 1.15_dp*setup%inertia(1, 1)
-        call estimate_level1(calibration, wrong, 'estimate', estimate, failure)
-        if (failed(error, failure)) return
-        call check(error, estimate%action%kind == DO_NOT_USE .or. estimate%action%kind == CALIBRATE_AGAIN .and. estimate%flag > 0, &
-                   'an inertia: no flag of good numbers')
         wrong = setup
         wrong%rod_gain(3) = 2*setup%rod_gain(3)
         call estimate_level1(calibration, wrong, 'estimate', estimate, failure)

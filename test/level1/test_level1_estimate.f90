@@ -10,6 +10,7 @@ module test_level1_estimate
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_estimation_action, only: TRIM_IT, CALIBRATE_AGAIN, DO_NOT_USE
+    use gracecg_observations_parameters, only: SCALE_FACTORS
     use gracecg_level1_judgement, only: take_action, offset_remark, judge, name_faults
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds
     use gracecg_spacecraft_torque_rods, only: rod_moments
@@ -91,7 +92,11 @@ contains
         call check_passes(error, failure)
         if (allocated(error)) return
         call check(error, size(events) == 2 .and. events(1)%name == 'CMCAL' .and. events(size(events))%name == 'VCM', 'events')
-        ! Spans that are far from each other, or sources, are not to be used.
+        ! What no test sees, and spans that are far from each other, or sources.
+        call estimate%solutions(1)%beliefs%add_untested(SCALE_FACTORS(1), 'a scale', estimate%solutions(1)%offset, 1.0_dp, 1.0_dp)
+        call judge(calibration, estimate)
+        call check(error, estimate%solutions(1)%flag == 1 .and. index(estimate%solutions(1)%reason, 'what no test sees') == 1, &
+                   'not tested')
         estimate%solutions(1)%chi_square = 1000
         call judge(calibration, estimate)
         call check(error, estimate%solutions(1)%flag == 2 .and. estimate%solutions(2)%flag == 0, 'spans that disagree')
