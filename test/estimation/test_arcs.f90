@@ -3,7 +3,8 @@ module test_arcs
     use vocabulary
     use calibrations
     use gracecg_observations_parameters
-    use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs
+    use gracecg_estimation_arcs, only: estimate_arcs
+    use gracecg_estimation_arcs_fit, only: arcs_fit_t
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_options, only: WAVE_NONE
     use gracecg_estimation_information, only: squares_of

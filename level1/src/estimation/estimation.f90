@@ -4,7 +4,8 @@
 module gracecg_level1_estimation
     use gracecg_level1_basics
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_estimation_arcs, only: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
+    use gracecg_estimation_arcs, only: estimate_arcs
+    use gracecg_estimation_arcs_fit, only: arcs_fit_t, combine_arcs, offset_of
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_offset_movement, only: movement_of_arcs
     use gracecg_estimation_options, only: estimation_options_t

@@ -13,26 +13,21 @@ module gracecg_estimation_arcs
     use gracecg_base_kinds, only: dp
     use gracecg_base_autoregression, only: autoregression_t, autocovariances_t, bridge_t, new_bridge, predictors_of
     use gracecg_base_error, only: error_t, add_context
-    use gracecg_base_lapack, only: solve_normal_equations
     use gracecg_base_text, only: integer_text
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_observations_parameters
     use gracecg_spacecraft_torque_rods, only: gain_unit
-    use gracecg_estimation_arc_problem, only: arc_t, arc_residuals_t, prepare_arc, open_arc, first_noise, find_disturbed, &
+    use gracecg_estimation_arc_problem, only: arc_t, prepare_arc, open_arc, first_noise, find_disturbed, &
         reduce_arc, refresh_and_edit, covariance_of, LEAST_ANGLE
-    use gracecg_estimation_information, only: information_t, gathered, no_information
+    use gracecg_estimation_arcs_fit, only: arcs_fit_t, combine_arcs, test_arcs
+    use gracecg_estimation_information, only: no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
-    use gracecg_estimation_belief, only: is_possible
-    use gracecg_estimation_belief_report, only: belief_report_t, value_test_t, explanation_t, begin_report, finish_report, &
-        OF_VALUE
-    use gracecg_estimation_belief_tests, only: test_values
     use gracecg_estimation_model_state, only: physical_model_t, correct_state
     use gracecg_estimation_whitened_problem, only: whitened_problem_t
     implicit none
     private
-    public :: arcs_fit_t, estimate_arcs, combine_arcs, offset_of
+    public :: estimate_arcs
 
     integer, parameter :: ORDER = 32                !! Of the noise: 3 s of samples
     integer, parameter :: MOST_ROUNDS = 8           !! Of fits with other delays
@@ -44,29 +39,6 @@ module gracecg_estimation_arcs
     real(dp), parameter :: LEAST_LINEAR = 1e-11_dp, LEAST_ANGULAR = 1e-10_dp
     !! Noise of the accelerometer, m/s^2 and rad/s^2: samples without noise weigh no more. With a tenth of that linear one the
     !! elimination of an arc's own parameters leaves nothing but rounding
-    integer, parameter :: MOST_TRIED = 6            !! Beliefs that may explain what is contradicted
-
-    !> The result.
-    type :: arcs_fit_t
-        integer, allocatable :: shared(:)           !! Places of the shared parameters; the offset's are the first three
-        real(dp), allocatable :: value(:)           !! Of them, SI units: errors of what was believed
-        real(dp), allocatable :: covariance(:, :)   !! Of the values, SI units
-        real(dp), allocatable :: at(:)              !! Values about which the arcs are linearised
-        type(information_t), allocatable :: arcs(:) !! Of the samples of each arc about corrections of these
-        real(dp), allocatable :: arc_offset(:, :)   !! By each arc alone with the other shared values of all, (3, arcs), m
-        real(dp), allocatable :: arc_covariance(:, :, :)    !! Of these, m^2; 0 where an arc alone does not tell
-        real(dp) :: chi_square = 0                  !! Of the arcs about the common offset
-        integer :: degrees = 0                      !! Of freedom of it
-        real(dp) :: rms(3) = 0                      !! Of the accelerometer's noise, m/s^2
-        real(dp), allocatable :: arc_rms(:, :)      !! Of each arc, (3, arcs), m/s^2
-        logical, allocatable :: disturbed(:)        !! Arcs that count less, for their noise is larger
-        type(arc_residuals_t), allocatable :: residuals(:)      !! Of each arc
-        real(dp) :: head_sigma(3) = 0               !! Of the first star-camera head about its axes, rad
-        type(autoregression_t) :: linear_noise(3), angular_noise(3)     !! Of the accelerometer and its angular channels
-        integer :: samples = 0                      !! Of the accelerometer that count
-        logical :: converged = .false.              !! The last fit settled, and the delays stay
-        type(belief_report_t), allocatable :: beliefs   !! Where they were to be tested
-    end type arcs_fit_t
 
 contains
 
@@ -128,8 +100,11 @@ contains
                 call leave_out(believed, options, arcs, prior, result, .false., without(2), error)
             if (allocated(error)) return
         end if
-        if (present(stated)) call test_arcs(believed, options, arcs, prior, stated, result, error)
         result%residuals = arcs%residuals
+        if (.not. present(stated)) return
+        call gather_arcs(believed, options, arcs, result, error)
+        if (.not. allocated(error)) &
+            call test_arcs(believed(1)%knowledge, options%wanted_accuracy, prior, stated, result, error)
     end subroutine estimate_arcs
 
     !> Fits with the beliefs as they are: steps of Gauss and Newton, noise, editing.
@@ -295,127 +270,28 @@ contains
         end function sigma_of_head
     end subroutine find_noise
 
-    !> Tests what is believed of all arcs and is not estimated. A belief explains the samples if nothing is contradicted
-    !> when it is estimated, too; the likeliest are tried.
-    subroutine test_arcs(sets, options, arcs, prior, stated, result, error)
+    !> What all arcs say of the shared parameters and of what is believed and not estimated, at the fit, their own eliminated.
+    subroutine gather_arcs(sets, options, arcs, fit, error)
         type(observation_set_t), intent(in) :: sets(:)
         type(estimation_options_t), intent(in) :: options
         type(arc_t), intent(in) :: arcs(:)
-        real(dp), intent(in) :: prior(:), stated(:)
-        type(arcs_fit_t), intent(inout) :: result
-        type(error_t), allocatable, intent(out) :: error
-
-        type(information_t) :: all
-        real(dp) :: sigma(PARAMETERS), conceivable(PARAMETERS)
-        real(dp), allocatable :: gain(:)
-        logical, allocatable :: left(:)
-        integer, allocatable :: places(:)
-        integer :: k, n, best
-
-        n = size(prior)
-        places = [result%shared, pack(BELIEFS, [(.not. any([result%shared, arcs(1)%own] == BELIEFS(k)), k=1, size(BELIEFS))])]
-        call gather_arcs(sets, options, arcs, places, result, all, error)
-        if (allocated(error)) return
-        do k = 1, n
-            call all%expect(k, prior(k), result%value(k))
-        end do
-        sigma = a_priori_sigmas(sets(1)%knowledge)
-        where (stated > 0) sigma = stated
-        sigma(result%shared) = prior
-        conceivable = conceivable_errors(sets(1)%knowledge, stated)
-        allocate (result%beliefs)
-        call test_with(n, result%beliefs, error)
-        if (allocated(error) .or. .not. result%beliefs%has_contradiction()) return
-        associate (tests => result%beliefs%values)
-            left = tests%sigma > 0 .and. .not. tests%all_or_nothing .and. [( &
-                .not. any(result%shared == tests(k)%belief) .and. &
-                is_possible(tests(k)%belief, tests(k)%value, sets(1)%knowledge), k=1, size(tests))]
-            allocate (gain(size(tests)), source=0.0_dp)
-            where (left) gain = (tests%value/tests%sigma)**2/2
-            left = left .and. 2*gain > result%beliefs%critical**2       ! what may as well be as believed explains nothing
-        end associate
-        do k = 1, min(MOST_TRIED, count(left))
-            best = maxloc(gain, 1, left)
-            left(best) = .false.
-            call try(result%beliefs%values(best), gain(best))
-            if (any(result%beliefs%explanations%complete)) exit
-        end do
-
-    contains
-
-        !> The tests with the first so many parameters estimated.
-        subroutine test_with(first, report, failed)
-            integer, intent(in) :: first
-            type(belief_report_t), intent(out) :: report
-            type(error_t), allocatable, intent(out) :: failed
-
-            real(dp) :: step(first), covariance(first, first), value(first), condition
-
-            value = 0
-            value(:n) = result%value
-            call solve_normal_equations(all%matrix(:first, :first), all%rhs(:first), step, covariance, condition, failed)
-            if (allocated(failed)) return
-            call begin_report(value(:3), options%wanted_accuracy, sets(1)%knowledge%a_priori%signs_known, report)
-            call test_values(places, first, all%matrix, all%rhs, covariance, sigma, conceivable, value, report)
-            call finish_report(report)
-        end subroutine test_with
-
-        !> A belief that may explain what is contradicted: the first one, or one with which nothing is.
-        subroutine try(test, likelier)
-            type(value_test_t), intent(in) :: test
-            real(dp), intent(in) :: likelier        !! Gain of the log-likelihood
-
-            type(explanation_t) :: explanation
-            type(belief_report_t) :: other
-            type(error_t), allocatable :: failure
-            real(dp) :: said
-            integer :: p
-
-            p = findloc(places, test%belief, 1)
-            call interchange(n + 1, p)
-            said = sigma(test%belief)
-            sigma(test%belief) = 0                  ! what was said of it does not count
-            call test_with(n + 1, other, failure)
-            sigma(test%belief) = said
-            call interchange(n + 1, p)
-            if (allocated(failure)) return
-            explanation = explanation_t(OF_VALUE, test%belief, likelier, test%value, test%sigma, result%value(:3) - test%shift, &
-                                        .not. other%has_contradiction())
-            if (explanation%complete .or. size(result%beliefs%explanations) == 0) result%beliefs%explanations = [explanation]
-        end subroutine try
-
-        subroutine interchange(one, other)
-            integer, intent(in) :: one, other       !! Places among the parameters
-
-            places([one, other]) = places([other, one])
-            all%matrix([one, other], :) = all%matrix([other, one], :)
-            all%matrix(:, [one, other]) = all%matrix(:, [other, one])
-            all%rhs([one, other]) = all%rhs([other, one])
-        end subroutine interchange
-    end subroutine test_arcs
-
-    !> What all arcs say of shared parameters at the fit, their own eliminated.
-    subroutine gather_arcs(sets, options, arcs, places, fit, all, error)
-        type(observation_set_t), intent(in) :: sets(:)
-        type(estimation_options_t), intent(in) :: options
-        type(arc_t), intent(in) :: arcs(:)
-        integer, intent(in) :: places(:)            !! Of the parameters
-        type(arcs_fit_t), intent(in) :: fit         !! Knows the noise
-        type(information_t), intent(out) :: all
+        type(arcs_fit_t), intent(inout) :: fit      !! Knows the noise
         type(error_t), allocatable, intent(out) :: error
 
         type(arc_t) :: wider
         type(whitened_problem_t) :: problem
-        integer :: i
+        integer :: i, k
 
-        all = no_information(size(places))
+        fit%about = fit%value
+        fit%tested = [fit%shared, pack(BELIEFS, [(.not. any([fit%shared, arcs(1)%own] == BELIEFS(k)), k=1, size(BELIEFS))])]
+        fit%information = no_information(size(fit%tested))
         do i = 1, size(arcs)
             wider%own = arcs(i)%own
             wider%held = arcs(i)%held
-            call open_arc(arcs(i), sets(i), options, fit%linear_noise, fit%angular_noise, problem, places)
-            call reduce_arc(wider, problem, size(places), error)
+            call open_arc(arcs(i), sets(i), options, fit%linear_noise, fit%angular_noise, problem, fit%tested)
+            call reduce_arc(wider, problem, size(fit%tested), error)
             if (allocated(error)) return
-            call all%add(wider%information)
+            call fit%information%add(wider%information)
         end do
     end subroutine gather_arcs
 
@@ -493,61 +369,4 @@ contains
             end do
         end do
     end subroutine move_delays
-
-    !> The shared parameters by what all arcs say and what is known beforehand; the offset by each arc, and how far they are
-    !> from each other. Fails when the shared parameters are not determined.
-    subroutine combine_arcs(fit, prior, error)
-        type(arcs_fit_t), intent(inout) :: fit
-        real(dp), intent(in) :: prior(:)            !! Their a-priori standard deviations, SI units; 0: none
-        type(error_t), allocatable, intent(out) :: error
-
-        type(error_t), allocatable :: singular
-        type(information_t) :: all
-        real(dp) :: step(size(prior)), change(3)
-        integer :: i, k
-
-        all = gathered(fit%arcs, prior, fit%at)
-        fit%covariance = all%matrix
-        call all%solve(step, fit%covariance, error, parameter_names(fit%shared))
-        call add_context(error, 'what the arcs share')
-        if (allocated(error)) return
-        fit%value = fit%at + step
-        fit%arc_offset = spread(fit%value(:3), 2, size(fit%arcs))
-        fit%arc_covariance = reshape([(0.0_dp, i=1, 9*size(fit%arcs))], [3, 3, size(fit%arcs)])
-        fit%chi_square = 0
-        fit%degrees = -3
-        do i = 1, size(fit%arcs)
-            call offset_of(fit, [(k == i, k=1, size(fit%arcs))], fit%arc_offset(:, i), fit%arc_covariance(:, :, i), singular)
-            if (allocated(singular)) cycle
-            change = fit%arc_offset(:, i) - fit%value(:3)
-            fit%chi_square = fit%chi_square + dot_product(change, matmul(fit%arcs(i)%matrix(:3, :3), change))
-            fit%degrees = fit%degrees + 3
-        end do
-        fit%degrees = max(0, fit%degrees)
-    end subroutine combine_arcs
-
-    !> The offset by some arcs alone, with the other shared values of all. Fails where they do not determine it, which is then
-    !> that of all.
-    subroutine offset_of(fit, which, offset, covariance, error)
-        type(arcs_fit_t), intent(in) :: fit         !! With its values
-        logical, intent(in) :: which(:)             !! Of the arcs
-        real(dp), intent(out) :: offset(3)          !! m
-        real(dp), intent(out) :: covariance(3, 3)   !! m^2; 0 where they do not tell
-        type(error_t), allocatable, intent(out) :: error
-
-        type(information_t) :: alone
-        real(dp) :: change(3)
-        integer :: i
-
-        alone = no_information(3)
-        do i = 1, size(fit%arcs)
-            if (.not. which(i)) cycle
-            alone%matrix = alone%matrix + fit%arcs(i)%matrix(:3, :3)
-            alone%rhs = alone%rhs + fit%arcs(i)%rhs(:3) - matmul(fit%arcs(i)%matrix(:3, :), fit%value - fit%at)
-        end do
-        offset = fit%value(:3)
-        covariance = 0
-        call alone%solve(change, covariance, error)
-        if (.not. allocated(error)) offset = offset + change
-    end subroutine offset_of
 end module gracecg_estimation_arcs
