@@ -4,7 +4,7 @@
 !> - files, text and binary: `read_level1`, `level1_reader_t`, `level1_writer_t`, `convert_level1`
 !> - their time and frames: `level1_clock_t`, `to_gps_time`, `srf_of_accelerometer`
 !> - a folder of files: `open_level1_folder`, `check_level1`
-!> - the CG offset from them: `gather_calibration`, `estimate_level1`
+!> - the CG offset from them: `gather_calibration`, `estimate_level1`; `estimate_driven_day`
 module gracecg_level1
     use gracecg_level1_products, only: level1_layout_t, level1_layout, level1_product_names
     use gracecg_level1_header, only: level1_header_t
@@ -21,6 +21,7 @@ module gracecg_level1
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t
     use gracecg_level1_gathering, only: gather_calibration
+    use gracecg_level1_driven_day, only: estimate_driven_day
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t, LEVEL1_SOURCES, level1_solution_t
     implicit none
@@ -33,5 +34,5 @@ module gracecg_level1
     public :: attitude_by_head, calibration_vector, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed
     public :: inertial_velocity, level1_folder_t, open_level1_folder, level1_check_t, check_level1
     public :: level1_setup_t, read_level1_setup, level1_calibration_t, gather_calibration
-    public :: level1_estimate_t, estimate_level1, LEVEL1_SOURCES, level1_solution_t
+    public :: level1_estimate_t, estimate_level1, estimate_driven_day, LEVEL1_SOURCES, level1_solution_t
 end module gracecg_level1

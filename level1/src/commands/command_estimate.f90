@@ -14,9 +14,11 @@ module gracecg_level1_command_estimate
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_level1_calibration, only: level1_calibration_t, middle_of, signs_are_known
     use gracecg_level1_estimate_json, only: put_level1_details, put_level1_tables
-    use gracecg_level1_estimation, only: estimate_level1, LEAKAGE_CHOICES
+    use gracecg_level1_driven_day, only: estimate_driven_day
+    use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_judgement, only: CLOSE_ENOUGH, offset_remark, VERDICTS, UNSEEN
+    use gracecg_level1_span_fit, only: LEAKAGE_CHOICES
     use gracecg_level1_spans, only: rod_lines_t, find_rod_lines
     use gracecg_level1_results, only: find_origins, trim_command_t, trim_commands, write_vcm, write_event, write_offsets
     use gracecg_level1_outcome, only: level1_estimate_t, milliseconds, sigma_of
@@ -89,13 +91,15 @@ contains
                                   'files in the folder, which are joined); the days before and behind it are read, too')
     end subroutine add_day_options
 
-    !> Setup and data by the options. Fails as reading does.
-    subroutine take_calibration(arguments, setup, calibration, misuse, error)
+    !> Setup and data by the options, and the estimate where it is wanted. Fails as reading does, and estimating.
+    subroutine take_calibration(arguments, setup, calibration, misuse, error, leakage, estimate)
         type(arguments_t), intent(in) :: arguments
         type(level1_setup_t), intent(out) :: setup
         type(level1_calibration_t), intent(out) :: calibration
         type(error_t), allocatable, intent(inout) :: misuse
         type(error_t), allocatable, intent(out) :: error
+        character(*), intent(in), optional :: leakage           !! Of LEAKAGE_CHOICES; absent: nothing is estimated
+        type(level1_estimate_t), intent(out), optional :: estimate
 
         character(:), allocatable :: setup_file, satellite, day, spans_file, field
         real(dp), allocatable :: span(:, :)
@@ -116,8 +120,14 @@ contains
         if (allocated(misuse)) return
         call read_level1_setup(setup_file, setup, error)
         if (allocated(error)) return
+        if (present(leakage) .and. every > 0) then
+            call estimate_driven_day(padded(arguments%words), setup, satellite, span, field, day, every, leakage, calibration, &
+                                     estimate, error)
+            return
+        end if
         call gather_calibration(padded(arguments%words), setup, satellite, spans_file, span, field, calibration, error, &
                                 day, every)
+        if (present(leakage) .and. .not. allocated(error)) call estimate_level1(calibration, setup, leakage, estimate, error)
     end subroutine take_calibration
 
     !> The work of `gracecg level1 estimate`.
@@ -140,10 +150,8 @@ contains
         if (allocated(misuse)) return
         call check_writable(page, error)
         if (allocated(error)) return
-        call take_calibration(arguments, setup, calibration, misuse, error)
+        call take_calibration(arguments, setup, calibration, misuse, error, leakage, estimate)
         if (allocated(misuse) .or. allocated(error)) return
-        call estimate_level1(calibration, setup, leakage, estimate, error)
-        if (allocated(error)) return
         call console%warn_all([calibration%notes, estimate%remarks])
         call show(calibration, estimate, console)
         if (arguments%has('--origins')) call show_origins(calibration, estimate, console)
@@ -262,10 +270,10 @@ contains
                 call find_rod_lines(calibration, span, lines)
                 call table%add(i)
                 call table%add([real(calibration%epoch, dp) + span%start, span%stop - span%start])
-                call table%add(size(span%time))
+                call table%add(span%samples)
                 call table%add(span%flagged)
                 call table%add(span%vetoed)
-                call table%add(max(0, span%expected - size(span%time) - span%flagged - span%vetoed - span%outliers))
+                call table%add(max(0, span%expected - span%samples - span%flagged - span%vetoed - span%outliers))
                 call table%add(span%outliers)
                 call table%add(span%firings_inside)
                 do rod = 1, 3
@@ -438,7 +446,7 @@ contains
                     call results%member('duration_s', span%stop - span%start)
                     call results%member('used', span%used)
                     call results%member('reason', trim(span%reason))
-                    call results%member('samples', size(span%time))
+                    call results%member('samples', span%samples)
                     call results%member('firings', span%firings_inside)
                     call results%member('field_nt', span%mean_field/NANOTESLA)
                     if (first%span_covariance(1, 1, i) > 0) then

@@ -10,7 +10,7 @@ module gracecg_level1_calibration
     implicit none
     private
     public :: level1_calibration_t, level1_span_t, level1_gyro_t, SPAN_MARGIN, keep_samples, leave_out, note, &
-        middle_of, utc_at, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits, &
+        middle_of, utc_at, name_of_span, field_sigma, signs_are_known, find_files, read_product, note_product, without_bits, &
         no_attitude, check_satellite, NO_CURRENTS
 
     !> Said where no manoeuvre is found in such files
@@ -43,6 +43,7 @@ module gracecg_level1_calibration
         real(dp), allocatable :: firings(:)         !! Times of thruster firings, with margins
         real(dp), allocatable :: shadow_edges(:)    !! Times of the attitude between which the Sun's light changes
         integer :: expected = 0                     !! Samples of the accelerometer
+        integer :: samples = 0                      !! That are left
         integer :: flagged = 0                      !! Left out for their quality flags
         integer :: vetoed = 0                       !! For firings
         integer :: outliers = 0                     !! As outliers
@@ -61,6 +62,7 @@ module gracecg_level1_calibration
         character(24) :: spans_from = ''                !! Where the spans come from
         logical :: all_day = .false.                    !! Rods are driven all the time: spans are cut into arcs of means
         type(level1_span_t), allocatable :: spans(:)    !! The sub-manoeuvres, in time
+        integer :: before = 0, parts = 1                !! Spans before these, where they are one of so many parts of the data
         real(dp), allocatable :: current_time(:)        !! s from the epoch
         real(dp), allocatable :: current(:, :)          !! Net current of each rod, mA
         real(dp) :: largest_current = 0                 !! Of all files, mA
@@ -105,6 +107,15 @@ contains
 
         utc_at = utc_of_gps(calibration%epoch + floor(time, i8), time - floor(time))
     end function utc_at
+
+    !> A span as people count, among all where these are a part; with blanks behind it.
+    pure function name_of_span(calibration, i) result(name)
+        type(level1_calibration_t), intent(in) :: calibration
+        integer, intent(in) :: i                    !! Its number here
+        character(16) :: name
+
+        name = 'span '//integer_text(calibration%before + i)
+    end function name_of_span
 
     !> The sigma of the field of a place: that of the setup, or less where spans at several places show that the corrected
     !> magnetometer is closer to the model: PLACES and LEAST are fitted to the simulated sets four60 and dirty, where that

@@ -8,7 +8,7 @@ module gracecg_level1_gathering
     use gracecg_level1_records, only: level1_records_t, read_level1
     use gracecg_level1_setup, only: level1_setup_t
     use gracecg_level1_time, only: new_level1_clock, gps_day
-    use gracecg_level1_calibration, only: level1_calibration_t, keep_samples, leave_out, note, middle_of, &
+    use gracecg_level1_calibration, only: level1_calibration_t, name_of_span, keep_samples, leave_out, note, middle_of, &
         utc_at, SPAN_MARGIN, find_files, note_product, check_satellite
     use gracecg_level1_along_orbit, only: compare_along_orbit
     use gracecg_level1_attitude_reading, only: read_attitude
@@ -26,7 +26,7 @@ contains
 
     !> Gathers a calibration. Fails when a file that is needed is missing or broken, and when there is no manoeuvre.
     subroutine gather_calibration(places, setup, satellite, spans_file, given_span, field_choice, calibration, error, day, &
-                                  every)
+                                  every, part)
         character(*), intent(in) :: places(:)       !! Of the Level-1 files: folders, bundles, files
         type(level1_setup_t), intent(in) :: setup
         character(*), intent(in) :: satellite       !! A to D; blank: the only one there is
@@ -39,6 +39,7 @@ contains
         character(*), intent(in), optional :: day   !! That has part of the manoeuvre, YYYY-MM-DD; absent or empty: all files
         real(dp), intent(in), optional :: every     !! Rods are driven all the time: spans of so many seconds throughout the
                                                     !! files, or the first one given; absent or 0: a manoeuvre
+        integer, intent(in), optional :: part       !! Of these spans, six hours each, that alone is read; absent: all
 
         real(dp), allocatable :: said(:, :), spans(:, :), windows(:, :)
         character(:), allocatable :: wanted
@@ -56,6 +57,7 @@ contains
             if (.not. allocated(error)) call read_currents(said, calibration, error)
             if (allocated(error)) return
             spans = equal_spans(calibration%current_time, said(:, 1) - real(calibration%epoch, dp), every)
+            if (present(part)) call take_part(part, calibration, spans)
             calibration%spans_from = merge('a part of the files   ', 'the whole of the files', size(given_span) > 0)
         else
             if (.not. allocated(error)) call said_spans(spans_file, given_span, calibration, said, error)
@@ -88,6 +90,21 @@ contains
         if (allocated(error)) return
         call compare_along_orbit(calibration)
     end subroutine gather_calibration
+
+    !> The spans of a part.
+    subroutine take_part(part, calibration, spans)
+        integer, intent(in) :: part                 !! From 1 on
+        type(level1_calibration_t), intent(inout) :: calibration
+        real(dp), allocatable, intent(inout) :: spans(:, :)     !! (2, n): begin and end, s
+
+        real(dp), parameter :: LENGTH = 21600       ! s, chosen: four revolutions; samples of a day take 0.3 GB more
+        integer :: n
+
+        n = size(spans, 2)
+        calibration%parts = min(n, ceiling((spans(2, n) - spans(1, 1))/LENGTH))
+        calibration%before = (part - 1)*n/calibration%parts
+        spans = spans(:, calibration%before + 1:part*n/calibration%parts)
+    end subroutine take_part
 
     !> The files of the satellite that is asked for, or of the first one. Fails without ACC1A.
     subroutine open_files(places, satellite, day, calibration, error)
@@ -238,7 +255,7 @@ contains
                     if (k < 1 .or. k >= n) cycle
                     if (good_time(k + 1) - good_time(k) > STUCK) then
                         if (s%attitude_time(i) > s%start .and. s%attitude_time(i) < s%stop .and. since < s%start) then
-                            call note(calibration, 'the magnetometer sticks in span '//integer_text(span)// &
+                            call note(calibration, 'the magnetometer sticks in '//trim(name_of_span(calibration, span))// &
                                       ': there the field is the model''s')
                             since = s%start
                         end if
@@ -360,10 +377,11 @@ contains
                 if (calibration%has_angular) stray = stray .or. find_strays(span%time, span%angular, ANGULAR_NOISE)
                 span%outliers = count(stray)
                 call keep_samples(span, .not. stray)
+                span%samples = size(span%time)
                 if (.not. span%used) cycle
                 if (calibration%all_day) cycle      ! arcs without them are none
-                if (size(span%time) < calibration%setup%least_share*span%expected) then
-                    call leave_out(span, 'only '//integer_text(size(span%time))//' of '//integer_text(span%expected)// &
+                if (span%samples < calibration%setup%least_share*span%expected) then
+                    call leave_out(span, 'only '//integer_text(span%samples)//' of '//integer_text(span%expected)// &
                                    ' samples')
                     cycle
                 end if
@@ -400,9 +418,9 @@ contains
                 end do
                 edge = edge .and. span%attitude_time > span%start .and. span%attitude_time < span%stop
                 span%shadow_edges = pack(span%attitude_time, edge)
-                if (any(edge)) call note(calibration, 'span '//integer_text(i)//': the satellite passes the edge of the '// &
-                                         'Earth''s shadow; samples there are left out, and what lies before and behind it '// &
-                                         'has forces of its own')
+                if (any(edge)) call note(calibration, trim(name_of_span(calibration, i))//': the satellite passes the edge of '// &
+                                         'the Earth''s shadow; samples there are left out, and what lies before and behind '// &
+                                         'it has forces of its own')
             end associate
         end do
     end subroutine find_shadow_edges

@@ -5,7 +5,7 @@ module gracecg_level1_judgement
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_offset_movement, only: movement_words, axis_words
-    use gracecg_level1_calibration, only: level1_calibration_t, signs_are_known
+    use gracecg_level1_calibration, only: level1_calibration_t, name_of_span, signs_are_known
     use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
     use gracecg_level1_setup, only: leakage_sigmas
@@ -15,7 +15,7 @@ module gracecg_level1_judgement
     use gracecg_spacecraft_torque_rods, only: torque_rods_t
     implicit none
     private
-    public :: name_faults, judge, take_action, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT, UNSEEN
+    public :: name_faults, look_over_spans, judge, take_action, offset_remark, CLOSE_ENOUGH, VERDICTS, REQUIREMENT, UNSEEN
 
     !> What no test of a calibration sees
     character(*), parameter :: UNSEEN = 'a factor below 3 of all accelerometer axes, by which d goes; the mass, by which mass '// &
@@ -59,7 +59,7 @@ contains
         end associate
     end subroutine take_action
 
-    !> Names what is wrong with data or setup.
+    !> Names what the samples of the spans show to be wrong with data or setup.
     subroutine name_faults(calibration, estimate)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
@@ -76,7 +76,7 @@ contains
         end if
         call say_exchange(estimate%arcs, calibration%has_angular, shifted)
         if (shifted == '') call say_shift(estimate%arcs, calibration%has_angular, shifted)
-        if (shifted == '' .and. calibration%has_angular) call say_jump(estimate, shifted)
+        if (shifted == '' .and. calibration%has_angular) call say_jump(estimate, calibration%before, shifted)
         if (shifted /= '') then     ! what follows would blame signs, axes, gains
             call append(estimate%findings, shifted)
             return
@@ -97,7 +97,7 @@ contains
             'currents do not explain the attitude: B currents with the wrong sign, currents or attitude of another '// &
             'satellite or another time')
         call look_along_orbit(calibration, estimate)
-        if (calibration%has_angular) call look_for_silent_rods(estimate)
+        if (calibration%has_angular) call look_for_silent_rods(calibration, estimate)
         before = size(estimate%findings)
         if (calibration%has_angular) call check_axes(calibration%setup%accelerometer_axes, estimate)
         associate (correction => calibration%clock_correction)
@@ -123,10 +123,20 @@ contains
                         ' ms, which no rod can be: tags left in OBC time, or a clock correction that does not hold')
         if (calibration%zero_angular) call append(estimate%findings, 'transplanted data (ACT) in place of ACC1A: all angular '// &
             'accelerations about an axis are zero, and the linear ones may be those of the other satellite')
+    end subroutine name_faults
+
+    !> Names what all spans together show, where their samples are not wrong: that the offset moves, or the setup is contradicted.
+    subroutine look_over_spans(calibration, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
+        type(level1_estimate_t), intent(inout) :: estimate
+
+        integer :: k
+
         associate (moved => estimate%movement)
-            if (moved%kind /= 'none' .and. calibration%all_day) call append(estimate%findings, 'the offset is not the same all '// &
-                'the time: '//trim(movement_words(moved))//'; in the end it is '//trim(axis_words(moved%offset/MILLIMETRE, &
-                sqrt([(moved%covariance(k, k), k=1, 3)])/MILLIMETRE))//' mm')
+            if (moved%kind /= 'none' .and. calibration%all_day .and. size(estimate%findings) == 0) &
+                call append(estimate%findings, 'the offset is not the same all the time: '//trim(movement_words(moved))// &
+                            '; in the end it is '//trim(axis_words(moved%offset/MILLIMETRE, &
+                                                                   sqrt([(moved%covariance(k, k), k=1, 3)])/MILLIMETRE))//' mm')
         end associate
         k = count(estimate%disturbed)
         if (k > 0) call append(estimate%remarks, integer_text(k)//' of '//integer_text(size(estimate%disturbed))// &
@@ -138,11 +148,12 @@ contains
                 integer_text(estimate%span_of(moved%behind))//' and span '//integer_text(estimate%span_of(moved%behind + 1))// &
                 ': were masses moved?')
         end associate
-    end subroutine name_faults
+    end subroutine look_over_spans
 
     !> Currents that read zero in a part of a span in which the satellite goes on as if the rod was driven: what the angular
     !> channels show beside the torque of all rods is as large there as the rod's torque in the rest, and small in the rest.
-    subroutine look_for_silent_rods(estimate)
+    subroutine look_for_silent_rods(calibration, estimate)
+        type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
         ! Chosen: two spoiled days (four60, dirty) are told, 18 sound ones are not
@@ -172,9 +183,9 @@ contains
                     if (count(.not. silent) < count(silent)/10 + 10) cycle
                     if (scatter(left, silent) > max(LIKE*scatter(own, .not. silent), CLEARLY*scatter(left, .not. silent))) &
                         call append(estimate%findings, 'the currents of rod '//AXES(k)//' read zero from '// &
-                            trim(rounded_text(first, 3))//' to '//trim(rounded_text(last, 3))//' s of span '// &
-                            integer_text(estimate%span_of(i))//', but the satellite turns as if the rod was driven: currents '// &
-                            'are missing; correct the file, or give the spans without that part')
+                            trim(rounded_text(first, 3))//' to '//trim(rounded_text(last, 3))//' s of '// &
+                            trim(name_of_span(calibration, estimate%span_of(i)))//', but the satellite turns as if the rod was '// &
+                            'driven: currents are missing; correct the file, or give the spans without that part')
                 end do
             end associate
         end do

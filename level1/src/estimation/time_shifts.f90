@@ -57,8 +57,9 @@ contains
     !> Whether the delay of the accelerometer is another from some time on: its tags jump there. What its channels leave at the fit
     !> is then the rate of the rods' torque times what the delay is off, which is found before and behind every sample. The
     !> best place counts; by how much is told by the channels less the torque, for the fit takes up some of it.
-    subroutine say_jump(estimate, text)
+    subroutine say_jump(estimate, before, text)
         type(level1_estimate_t), intent(in) :: estimate     !! With residuals of the channels
+        integer, intent(in) :: before                       !! Spans before these
         character(:), allocatable, intent(out) :: text      !! Without a full stop; empty: they do not jump
 
         real(dp), parameter :: HALF = 0.5_dp        ! s: torques are differenced over as much either way
@@ -115,8 +116,8 @@ contains
         if (gain(k) < SIGMAS**2*(squares - product(n, 1)**2/square(n) - gain(k))/(3*n)) return
         text = 'the tags of the accelerometer jump by about '//trim(rounded_text(jump, 2))//' s at '// &
                trim(utc_text(utc_plus(estimate%arcs(arc(k))%knowledge%epoch, time(k))))//' UTC, in or behind span '// &
-               integer_text(estimate%span_of(arc(k)))//': its delay is another from there on; correct the tags, or give the '// &
-               'spans before or behind it alone'
+               integer_text(before + estimate%span_of(arc(k)))//': its delay is another from there on; correct the tags, or '// &
+               'give the spans before or behind it alone'
 
     contains
 

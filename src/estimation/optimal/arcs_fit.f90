@@ -1,5 +1,5 @@
-!> The result of a fit of several arcs: what all of them say together, and by each alone; tests of what is believed; and fits of other
-!> arcs joined to one.
+!> The result of a fit of several arcs: what all of them say together, and by each alone; tests of what is believed; and fits
+!> of other arcs joined to one.
 module gracecg_estimation_arcs_fit
     use gracecg_base_kinds, only: dp
     use gracecg_base_autoregression, only: autoregression_t
