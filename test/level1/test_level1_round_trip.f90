@@ -4,6 +4,7 @@ module test_level1_round_trip
     use calibrations
     use gracecg_level1_setup, only: level1_setup_t, read_level1_setup
     use gracecg_level1_calibration, only: level1_calibration_t
+    use gracecg_level1_driven_day, only: estimate_driven_day
     use gracecg_level1_gathering, only: gather_calibration
     use gracecg_level1_estimation, only: estimate_level1
     use gracecg_level1_outcome, only: level1_estimate_t, sigma_of
@@ -232,6 +233,7 @@ contains
                                'd behind the jump')
                     cycle
                 end if
+                call check_parts(error, path, EVERY, calibration, estimate, d)
                 call check(error, size(estimate%findings), 0)
                 call check(error, all(sigma_of(first) < 50*MICROMETRE), 'sigma')
                 call check(error, all(abs(first%offset - d) < 4*sigma_of(first)), 'offset')
@@ -241,6 +243,66 @@ contains
             end associate
         end do
     end subroutine test_all_day
+
+    !> The same in two parts is what the whole is, but for the noise that each part finds; a part without samples is left out, with
+    !> the spans that it has.
+    subroutine check_parts(error, path, every, calibration, estimate, d)
+        type(error_type), allocatable, intent(inout) :: error
+        character(*), intent(in) :: path                !! Of the files
+        real(dp), intent(in) :: every                   !! Span, s
+        type(level1_calibration_t), intent(in) :: calibration   !! The whole
+        type(level1_estimate_t), intent(in) :: estimate
+        real(dp), intent(in) :: d(3)                    !! True, m
+        type(level1_setup_t) :: setup
+        type(level1_calibration_t) :: parted
+        type(level1_estimate_t) :: together
+        type(error_t), allocatable :: failure
+        integer :: attempt, i
+
+        call read_level1_setup(path//'/'//SETUP_NAME, setup, failure)
+        if (failed(error, failure)) return
+        do attempt = 1, 3
+            if (attempt == 2) call cut(' && (!t || $1 < t + 1200)')
+            if (attempt == 3) call cut(' && 0')
+            call estimate_driven_day([path], setup, '', reshape([real(dp) ::], [2, 0]), 'model', '', every, 'estimate', parted, &
+                                     together, failure, longest=1500.0_dp)
+            if (attempt == 3) then
+                call check_fails(error, failure, 'ACC1A')
+                return
+            end if
+            if (failed(error, failure)) return
+            call check(error, size(parted%spans), 5)
+            associate (whole => estimate%solutions(1), one => together%solutions(1))
+                call check(error, size(one%span_offset, 2), 5)
+                if (attempt == 2) then
+                    call check(error, says(together%remarks, 'part 2 of 2 of the data is left out'), 'the part without samples')
+                    call check(error, count(parted%spans%used), 2)
+                    call check(error, all(abs(one%offset - d) < 4*sigma_of(one)), 'by the first part')
+                    cycle
+                end if
+                call check(error, all(parted%spans%samples == calibration%spans%samples), 'samples of the spans')
+                call check(error, abs(one%samples - whole%samples) < whole%samples/100, 'samples that count')
+                call check(error, size(together%disturbed), size(estimate%disturbed))
+                call check(error, all(abs(one%offset - whole%offset) < 0.2_dp*sigma_of(whole)), 'the offset of the whole')
+                call check(error, all(abs(sigma_of(one)/sigma_of(whole) - 1) < 0.1_dp), 'its sigma')
+                call check(error, size(one%beliefs%values), size(whole%beliefs%values))
+                do i = 1, 5
+                    call check(error, all(abs(one%span_offset(:, i) - whole%span_offset(:, i)) < &
+                                          0.3_dp*sigma_of(whole, i)), 'by span')
+                end do
+            end associate
+        end do
+
+    contains
+
+        !> Leaves of ACC1A the records that fulfil a condition; t is the time of the first.
+        subroutine cut(condition)
+            character(*), intent(in) :: condition
+
+            call execute_command_line('for f in '//path//'/ACC1A*; do awk ''head'//condition//' {if (!t) t = $1; print} '// &
+                                      '!head {print} /End of YAML/ {head = 1}'' $f > $f.new && mv $f.new $f; done')
+        end subroutine cut
+    end subroutine check_parts
 
     !> Gaps and firings in two spans each make no held currents of smooth ones; spans between which masses were moved by 0.2 mm
     !> are not used, though their common sigma grows by it.

@@ -35,7 +35,7 @@ module gracecg_cli_process
         end function c_signal
     end interface
 
-    integer(c_int), parameter :: LARGE = 32*2**20       !! Arrays from here on, the most there can be, are given back as before
+    integer(c_int), parameter :: LARGE = 1*2**20        !! Arrays from here on, the most there can be, are given back as before
     integer(c_int), parameter :: KEPT = 256*2**20
     integer(c_int), parameter :: M_TRIM_THRESHOLD = -1, M_MMAP_THRESHOLD = -3       !! malloc.h of GNU
 

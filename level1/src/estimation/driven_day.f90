@@ -1,5 +1,5 @@
-!> The estimate from data in which rods are driven all the time. They are gathered and fitted in parts (six hours), of which
-!> what they say of the offset and all that arcs share is kept, not the samples; what all parts say together is the estimate.
+!> The estimate from data in which rods are driven all the time. They are gathered and fitted in parts, of which what they say of
+!> the offset and all that arcs share is kept, not the samples; what all parts say together is the estimate.
 module gracecg_level1_driven_day
     use gracecg_level1_basics
     use gracecg_level1_calibration, only: level1_calibration_t, level1_span_t, leave_out, signs_are_known
@@ -12,13 +12,14 @@ module gracecg_level1_driven_day
     private
     public :: estimate_driven_day
 
+    real(dp), parameter :: LONGEST_PART = 21600     !! s, chosen: four revolutions
     integer, parameter :: EVERY_FIELD = 60          !! Of the field of a span, that is shown, one sample of so many is kept
 
 contains
 
     !> Gathers the data and estimates the offset. A part that cannot be fitted is left out with a note; fails when none can.
     subroutine estimate_driven_day(places, setup, satellite, given_span, field_choice, day, every, leakage, calibration, &
-                                   estimate, error)
+                                   estimate, error, longest)
         character(*), intent(in) :: places(:)       !! As of gather_calibration, like those that follow
         type(level1_setup_t), intent(in) :: setup
         character(*), intent(in) :: satellite
@@ -30,6 +31,7 @@ contains
         type(level1_calibration_t), intent(out) :: calibration      !! Of the first part, with the spans of all
         type(level1_estimate_t), intent(out) :: estimate
         type(error_t), allocatable, intent(out) :: error
+        real(dp), intent(in), optional :: longest   !! Part, s; absent: six hours
 
         type(level1_calibration_t) :: gathered
         type(level1_estimate_t) :: of_part
@@ -37,15 +39,19 @@ contains
         type(span_fit_t) :: whole
         type(level1_span_t), allocatable :: spans(:)
         type(error_t), allocatable :: failure
+        real(dp) :: length
         integer :: part, parts, fitted
 
+        length = LONGEST_PART
+        if (present(longest)) length = longest
         allocate (spans(0), estimate%findings(0), estimate%remarks(0), estimate%solutions(0))
         parts = 1
         part = 0
         fitted = 0
         do while (part < parts)
             part = part + 1
-            call gather_calibration(places, setup, satellite, '', given_span, field_choice, gathered, failure, day, every, part)
+            call gather_calibration(places, setup, satellite, '', given_span, field_choice, gathered, failure, day, every, part, &
+                                    length)
             parts = max(parts, gathered%parts)
             if (parts == 1) then
                 if (.not. allocated(failure)) call estimate_level1(gathered, setup, leakage, estimate, failure)

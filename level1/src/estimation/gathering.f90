@@ -26,7 +26,7 @@ contains
 
     !> Gathers a calibration. Fails when a file that is needed is missing or broken, and when there is no manoeuvre.
     subroutine gather_calibration(places, setup, satellite, spans_file, given_span, field_choice, calibration, error, day, &
-                                  every, part)
+                                  every, part, longest)
         character(*), intent(in) :: places(:)       !! Of the Level-1 files: folders, bundles, files
         type(level1_setup_t), intent(in) :: setup
         character(*), intent(in) :: satellite       !! A to D; blank: the only one there is
@@ -39,7 +39,8 @@ contains
         character(*), intent(in), optional :: day   !! That has part of the manoeuvre, YYYY-MM-DD; absent or empty: all files
         real(dp), intent(in), optional :: every     !! Rods are driven all the time: spans of so many seconds throughout the
                                                     !! files, or the first one given; absent or 0: a manoeuvre
-        integer, intent(in), optional :: part       !! Of these spans, six hours each, that alone is read; absent: all
+        integer, intent(in), optional :: part       !! Of these spans, that alone is read; absent: all
+        real(dp), intent(in), optional :: longest   !! Part, s; absent: all are one
 
         real(dp), allocatable :: said(:, :), spans(:, :), windows(:, :)
         character(:), allocatable :: wanted
@@ -57,7 +58,7 @@ contains
             if (.not. allocated(error)) call read_currents(said, calibration, error)
             if (allocated(error)) return
             spans = equal_spans(calibration%current_time, said(:, 1) - real(calibration%epoch, dp), every)
-            if (present(part)) call take_part(part, calibration, spans)
+            if (present(part) .and. present(longest)) call take_part(part, longest, calibration, spans)
             calibration%spans_from = merge('a part of the files   ', 'the whole of the files', size(given_span) > 0)
         else
             if (.not. allocated(error)) call said_spans(spans_file, given_span, calibration, said, error)
@@ -92,16 +93,16 @@ contains
     end subroutine gather_calibration
 
     !> The spans of a part.
-    subroutine take_part(part, calibration, spans)
+    subroutine take_part(part, longest, calibration, spans)
         integer, intent(in) :: part                 !! From 1 on
+        real(dp), intent(in) :: longest             !! s
         type(level1_calibration_t), intent(inout) :: calibration
         real(dp), allocatable, intent(inout) :: spans(:, :)     !! (2, n): begin and end, s
 
-        real(dp), parameter :: LENGTH = 21600       ! s, chosen: four revolutions; samples of a day take 0.3 GB more
         integer :: n
 
         n = size(spans, 2)
-        calibration%parts = min(n, ceiling((spans(2, n) - spans(1, 1))/LENGTH))
+        calibration%parts = min(n, ceiling((spans(2, n) - spans(1, 1))/longest))
         calibration%before = (part - 1)*n/calibration%parts
         spans = spans(:, calibration%before + 1:part*n/calibration%parts)
     end subroutine take_part
