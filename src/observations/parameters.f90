@@ -40,7 +40,7 @@ module gracecg_observations_parameters
         real(dp) :: shown_size = 1          !! Of that unit in SI units
         real(dp) :: largest = 1             !! Wrong value that is conceivable, in that unit
         logical :: over_arc = .false.       !! `size` is what it makes in the whole arc: divided by its length
-        logical :: tested = .true.          !! An operator who believes something of it may be wrong
+        logical :: tested = .true.          !! Whether fits test what is believed of it
     end type parameter_kind_t
 
     character(*), parameter :: XYZ = 'x y z', PAIRS = 'xy yz zx', PAIRS_IN_WORDS = 'x and y,y and z,z and x'
