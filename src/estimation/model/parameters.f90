@@ -4,15 +4,12 @@ module gracecg_estimation_parameters
     use gracecg_base_coloured_noise, only: ONE_SIDED
     use gracecg_observations_knowledge, only: operator_knowledge_t, USUAL_DRAG
     use gracecg_observations_parameters
-    use gracecg_estimation_run_information, only: JOINED_COUNT
     implicit none
     private
-    public :: ALWAYS_ESTIMATED, JOINED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift
+    public :: ALWAYS_ESTIMATED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift
 
     integer, parameter :: ALWAYS_ESTIMATED(*) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
-    !> Parameters that several runs can have in common: the offset first, then by SHARED_GROUPS
-    integer, parameter :: JOINED(JOINED_COUNT) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]
     integer, parameter :: OF_STATE(15) = [OFFSET, DRIFT, BIAS, RATE, ATTITUDE_ANGLES]
     !! Those of the solution's state, in its order
     real(dp), parameter :: USUAL_ARC = 60           !! Of the cases of CSR-TM-00-01, s
