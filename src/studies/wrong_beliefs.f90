@@ -14,7 +14,7 @@ module gracecg_studies_wrong_beliefs
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters
-    use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration, is_interchange
+    use gracecg_estimation_belief, only: ALTERATIONS, apply_value, apply_alteration
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, POWER, OF_VALUE, OF_ALTERATION, OF_NOISE, &
         NOISE_SUBJECTS, CONTRADICTED
     use gracecg_estimation_estimators, only: estimate_offset
@@ -97,8 +97,8 @@ contains
 
         list = [wrong_belief_t()]
         do i = 1, size(BELIEFS)
-            if (is_interchange(BELIEFS(i))) cycle     ! among the alterations
-            list = [list, [(wrong_belief_t(OF_VALUE, BELIEFS(i), size_of(BELIEFS(i), k)*belief_size(BELIEFS(i))), k=1, SIZES)]]
+            if (any(INTERCHANGES == BELIEFS(i))) cycle     ! among the alterations
+            list = [list, [(wrong_belief_t(OF_VALUE, BELIEFS(i), size_of(BELIEFS(i), k)*BELIEF_SIZE(BELIEFS(i))), k=1, SIZES)]]
         end do
         list = [list, [(wrong_belief_t(OF_ALTERATION, i, 1.0_dp), i=1, size(ALTERATIONS))]]
         do i = 1, 6
@@ -118,19 +118,19 @@ contains
         real(dp), parameter :: GAINS(SIZES) = [0.05_dp, 0.2_dp, 0.5_dp]
 
         select case (KIND_OF(parameter))
-        case (OF_ROD_DELAYS, OF_ALL_RODS_DELAY, OF_ACCELEROMETER_DELAYS, OF_STAR_CAMERA_DELAY)
+        case (ROD_DELAYS(1), ALL_RODS_DELAY, ACCELEROMETER_DELAYS(1), STAR_CAMERA_DELAY)
             wrong = DELAYS(k)
-        case (OF_ROD_FREQUENCIES, OF_ALL_RODS_FREQUENCY)
+        case (ROD_FREQUENCIES(1), ALL_RODS_FREQUENCY)
             wrong = FREQUENCIES(k)
-        case (OF_ROD_TURNS, OF_FIELD_TURN, OF_ACCELEROMETER_TURN, OF_INERTIA)
+        case (ROD_TURNS(1), FIELD_TURN(1), ACCELEROMETER_TURN(1), INERTIA(1))
             wrong = TURNS(k)
-        case (OF_MOUNTING_1, OF_MOUNTING_2)
+        case (MOUNTING_1(1), MOUNTING_2(1))
             wrong = TURNS(k)/20
-        case (OF_TORQUE_CHANGE)
+        case (TORQUE_CHANGE(1))
             wrong = TORQUES(k)
-        case (OF_FIELD_BIAS)
+        case (FIELD_BIAS(1))
             wrong = 500*TURNS(k)
-        case (OF_FIELD_DELAY)
+        case (FIELD_DELAY)
             wrong = 10*GAINS(k)
         case default
             wrong = GAINS(k)
@@ -381,7 +381,7 @@ contains
 
         text = ''
         if (wrong%kind == OF_VALUE) then
-            text = rounded_text(wrong%value/belief_size(wrong%place), 3)//' '//belief_unit(wrong%place)
+            text = rounded_text(wrong%value/BELIEF_SIZE(wrong%place), 3)//' '//BELIEF_UNIT(wrong%place)
         else if (wrong%kind == OF_NOISE) then
             text = rounded_text(wrong%value, 3)//' times'
         end if

@@ -12,7 +12,7 @@ module test_beliefs_of_operator
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, prepare_calibration, set_noise, with_parameters
-    use gracecg_estimation_belief, only: apply_value, is_interchange, is_possible
+    use gracecg_estimation_belief, only: apply_value, is_possible
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_explanation, only: confirm_contradictions
@@ -85,7 +85,7 @@ contains
             size_of_partials = norm2(partials(i, :))
             if (any(ACCELEROMETER_SWAPS == BELIEFS(i))) then  ! samples that are sound become wrong
                 deviation = norm2(up - residuals - partials(i, :))
-            else if (is_interchange(BELIEFS(i))) then
+            else if (any(INTERCHANGES == BELIEFS(i))) then
                 deviation = norm2(residuals - up - partials(i, :))
             else
                 deviation = norm2((down - up)/(2*step) - partials(i, :))
@@ -131,15 +131,15 @@ contains
         integer, intent(in) :: parameter
 
         select case (KIND_OF(parameter))
-        case (OF_INERTIA)
+        case (INERTIA(1))
             size_of = 0.1_dp
-        case (OF_TORQUE_CHANGE)
+        case (TORQUE_CHANGE(1))
             size_of = 1e-6_dp
-        case (OF_FIELD_BIAS)
+        case (FIELD_BIAS(1))
             size_of = 1e-8_dp
-        case (OF_ROD_FREQUENCIES, OF_ALL_RODS_FREQUENCY)
+        case (ROD_FREQUENCIES(1), ALL_RODS_FREQUENCY)
             size_of = 1e-6_dp
-        case (OF_ROD_DELAYS, OF_ALL_RODS_DELAY, OF_ACCELEROMETER_DELAYS)
+        case (ROD_DELAYS(1), ALL_RODS_DELAY, ACCELEROMETER_DELAYS(1))
             size_of = 0.1_dp        ! what the torque's samples resolve
         case default
             size_of = 1e-3_dp

@@ -1,7 +1,7 @@
 !> gracecg bound: the least error with which a case's manoeuvre lets the CG offset be estimated.
 module gracecg_cli_bound
     use gracecg_base_lapack, only: symmetric_eigen
-    use gracecg_observations_parameters, only: belief_unit, belief_size
+    use gracecg_observations_parameters, only: BELIEF_UNIT, BELIEF_SIZE
     use gracecg_estimation_belief_report, only: belief_report_t, FAMILY_LEVEL, POWER
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, joint_sigma, estimate_jointly
     use gracecg_estimation_run_information, only: run_information_t
@@ -219,18 +219,18 @@ contains
         call results%begin_array('reliability')
         do i = 1, size(report%values)
             associate (test => report%values(i), belief => report%values(i)%belief)
-                smallest = merge(0.0_dp, test%detectable/belief_size(belief), test%detectable > test%largest)
+                smallest = merge(0.0_dp, test%detectable/BELIEF_SIZE(belief), test%detectable > test%largest)
                 call results%begin(on_one_line=.true.)
                 call results%member('belief', trim(test%subject))
                 call results%member('detectable', smallest)
-                call results%member('unit', trim(belief_unit(belief)))
+                call results%member('unit', trim(BELIEF_UNIT(belief)))
                 call results%member('effect_mm', abs(test%effect)/MILLIMETRE)
                 call results%member('effect_as_stated_mm', abs(test%within)/MILLIMETRE)
                 call results%end()
                 if (all(abs(test%within) <= report%wanted)) cycle
                 call rows%add('  '//test%subject, &
-                              [min(test%stated, merge(test%detectable, test%largest, smallest > 0))/belief_size(belief)])
-                call rows%add(belief_unit(belief), abs(test%within)/MILLIMETRE)
+                              [min(test%stated, merge(test%detectable, test%largest, smallest > 0))/BELIEF_SIZE(belief)])
+                call rows%add(BELIEF_UNIT(belief), abs(test%within)/MILLIMETRE)
             end associate
         end do
         call results%end()

@@ -13,9 +13,8 @@ module gracecg_cli_joint
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: read_changes
     use gracecg_estimation_options, only: estimation_options_t, read_options, OPTIONS_FILE
-    use gracecg_observations_parameters, only: parameter_names, parameter_units
-    use gracecg_estimation_parameters, only: JOINED
-    use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED_COUNT
+    use gracecg_observations_parameters, only: parameter_names, PARAMETER_UNITS
+    use gracecg_estimation_run_information, only: SHARED_GROUPS, JOINED
     use gracecg_cli_calibration_json, only: put_action
     use gracecg_cli_console, only: STATUS_NOT_TO_BE_USED
     use gracecg_cli_work
@@ -261,10 +260,10 @@ contains
         call table%column('value', 'es12.4', 'value')
         call table%column('sigma', 'es11.2', 'sigma')
         call table%column('unit', 'a', 'unit')
-        do j = 1, JOINED_COUNT
+        do j = 1, size(JOINED)
             if (.not. solution%parameter_sigma(j) > 0) cycle
             call table%add(parameter_names(JOINED(j)), [solution%parameter(j), solution%parameter_sigma(j)])
-            call table%add(parameter_units(JOINED(j)))
+            call table%add(PARAMETER_UNITS(JOINED(j)))
         end do
     end function shared_table
 

@@ -1,6 +1,6 @@
 !> What the tests of the operator's beliefs have found: for people, and as JSON.
 module gracecg_cli_belief_results
-    use gracecg_observations_parameters, only: belief_unit, belief_size
+    use gracecg_observations_parameters, only: BELIEF_UNIT, BELIEF_SIZE
     use gracecg_estimation_belief_report, only: belief_report_t, NOISE_SUBJECTS, FAMILY_LEVEL, POWER
     use gracecg_estimation_belief_words, only: say_counts, say_undetected, say_untested, say_contradiction
     use gracecg_cli_work
@@ -47,7 +47,7 @@ contains
         call results%member('critical_score', report%critical)
         call results%begin_array('values')
         do i = 1, size(report%values)
-            associate (t => report%values(i), unit => belief_size(report%values(i)%belief))
+            associate (t => report%values(i), unit => BELIEF_SIZE(report%values(i)%belief))
                 call results%begin(on_one_line=.true.)
                 call results%member('subject', trim(t%subject))
                 call results%member('state', trim(STATES(t%state)))
@@ -55,7 +55,7 @@ contains
                 call results%member('value', t%value/unit)
                 call results%member('sigma', t%sigma/unit)
                 call results%member('detectable', t%detectable/unit)
-                call results%member('unit', trim(belief_unit(t%belief)))
+                call results%member('unit', trim(BELIEF_UNIT(t%belief)))
                 call results%member('effect_mm', t%effect/MILLIMETRE)
                 call results%member('effect_as_stated_mm', t%within/MILLIMETRE)
                 call results%end()

@@ -270,7 +270,7 @@ contains
                         estimate%accelerometer_delay = known%accelerometer_delay + value
                         estimate%accelerometer_delay_sigma = sigma
                     end if
-                    if (KIND_OF(choice%shared(k)) == OF_INERTIA) then       ! xy, yz, zx
+                    if (KIND_OF(choice%shared(k)) == INERTIA(1)) then       ! xy, yz, zx
                         row = MEMBER_OF(choice%shared(k)) - 3
                         column = modulo(row, 3) + 1
                         estimate%inertia(row, column) = estimate%inertia(row, column) + value

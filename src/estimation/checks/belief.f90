@@ -17,7 +17,7 @@ module gracecg_estimation_belief
     use gracecg_estimation_physical_model, only: turned_by, sinc
     implicit none
     private
-    public :: ALTERATIONS, OF_QUATERNIONS, apply_value, apply_alteration, is_interchange, is_possible
+    public :: ALTERATIONS, OF_QUATERNIONS, apply_value, apply_alteration, is_possible
 
     integer, parameter :: REACH = 32    !! Samples on each side from which one between them is interpolated
     integer, parameter :: FEWEST = 4    !! Of them: with fewer a cubic is as good
@@ -41,13 +41,6 @@ module gracecg_estimation_belief
 
 contains
 
-    !> Is a parameter one of those that are either 0 or 1?
-    elemental logical function is_interchange(parameter)
-        integer, intent(in) :: parameter    !! Its place
-
-        is_interchange = any(KIND_OF(parameter) == [OF_ROD_SWAPS, OF_FIELD_SWAPS, OF_ACCELEROMETER_SWAPS])
-    end function is_interchange
-
     !> Can a belief have a value? Moments of inertia are positive, and none is more than the sum of the two others.
     pure logical function is_possible(parameter, value, knowledge)
         integer, intent(in) :: parameter    !! Its place
@@ -58,7 +51,7 @@ contains
         integer :: i
 
         is_possible = .true.
-        if (KIND_OF(parameter) /= OF_INERTIA .or. MEMBER_OF(parameter) > 3) return
+        if (all(INERTIA(:3) /= parameter)) return
         moments = [(knowledge%inertia(i, i), i=1, 3)]
         moments(MEMBER_OF(parameter)) = moments(MEMBER_OF(parameter)) + value
         is_possible = all(moments > 0) .and. 2*maxval(moments) <= sum(moments)
@@ -85,67 +78,67 @@ contains
         next = modulo(i, 3) + 1
         associate (k => observations%knowledge)
             select case (KIND_OF(parameter))
-            case (OF_ROD_GAIN)
+            case (ROD_GAIN)
                 k%rods%gain = k%rods%gain*(1 + value)
-            case (OF_ROD_GAINS)
+            case (ROD_GAINS(1))
                 k%rods%gain(i) = k%rods%gain(i) + value*gain_unit(k%rods%gain(i))
-            case (OF_ROD_TURNS)
+            case (ROD_TURNS(1))
                 k%rods%misalignment(i) = k%rods%misalignment(i) + value
-            case (OF_ROD_DELAYS)
+            case (ROD_DELAYS(1))
                 k%rods%delay(i) = k%rods%delay(i) + value
-            case (OF_ALL_RODS_DELAY)
+            case (ALL_RODS_DELAY)
                 k%rods%delay = k%rods%delay + value
-            case (OF_ALL_RODS_FREQUENCY)
+            case (ALL_RODS_FREQUENCY)
                 k%rods%activations%frequency = k%rods%activations%frequency + value
-            case (OF_ROD_FREQUENCIES)
+            case (ROD_FREQUENCIES(1))
                 where (k%rods%activations%axis == i) k%rods%activations%frequency = k%rods%activations%frequency + value
-            case (OF_INERTIA)
+            case (INERTIA(1))
                 associate (row => mod(i - 1, 3) + 1, column => merge(i, next, i <= 3))
                     k%inertia(row, column) = k%inertia(row, column) + value
                     k%inertia(column, row) = k%inertia(row, column)
                 end associate
-            case (OF_TORQUE_CHANGE)
+            case (TORQUE_CHANGE(1))
                 k%torque_change(i) = k%torque_change(i) + value
-            case (OF_SCALE_FACTORS)
+            case (SCALE_FACTORS(1))
                 k%accelerometer_scale(i) = k%accelerometer_scale(i)*(1 + value)
                 if (follows) k%accelerometer_noise(i)%level = k%accelerometer_noise(i)%level/(1 + value)**2
-            case (OF_FIELD_BIAS)
+            case (FIELD_BIAS(1))
                 k%magnetometer_bias(i) = k%magnetometer_bias(i) + value
-            case (OF_FIELD_SCALES)
+            case (FIELD_SCALES(1))
                 observations%field(i, :) = observations%field(i, :)*(1 - value)
-            case (OF_FIELD_SHEARS)
+            case (FIELD_SHEARS(1))
                 do j = 1, size(observations%field, 2)
                     other = observations%field(i, j)
                     observations%field(i, j) = cosh(value)*other - sinh(value)*observations%field(next, j)
                     observations%field(next, j) = cosh(value)*observations%field(next, j) - sinh(value)*other
                 end do
-            case (OF_ROD_SWAPS)
+            case (ROD_SWAPS(1))
                 if (abs(value) > 0) call apply_alteration(4 + i, observations)
-            case (OF_ACCELEROMETER_SWAPS)
+            case (ACCELEROMETER_SWAPS(1))
                 if (abs(value) > 0) call apply_alteration(10 + i, observations)
-            case (OF_FIELD_SWAPS)
+            case (FIELD_SWAPS(1))
                 if (abs(value) > 0) call apply_alteration(16 + i, observations)
-            case (OF_FIELD_DELAY)
+            case (FIELD_DELAY)
                 observations%magnetometer_time = observations%magnetometer_time - value
-            case (OF_STAR_CAMERA_DELAY)
+            case (STAR_CAMERA_DELAY)
                 observations%star_camera_time = observations%star_camera_time - value
-            case (OF_ACCELEROMETER_DELAYS)
+            case (ACCELEROMETER_DELAYS(1))
                 call advance(observations%accelerometer_time, observations%acceleration(i, :), value, noise)
                 do j = 1, k%line%number - 1
                     call advance(observations%accelerometer_time, observations%further_acceleration(i, :, j), value, noise)
                 end do
                 if (follows) k%accelerometer_noise(i)%level = k%accelerometer_noise(i)%level*noise
                 call leave_out_beyond(value, observations)
-            case (OF_FIELD_TURN)
+            case (FIELD_TURN(1))
                 call turn(observations%field, along(i, value))
-            case (OF_ACCELEROMETER_TURN)
+            case (ACCELEROMETER_TURN(1))
                 call turn(observations%acceleration, -along(i, value))
                 do j = 1, k%line%number - 1
                     call turn(observations%further_acceleration(:, :, j), -along(i, value))
                 end do
-            case (OF_MOUNTING_1, OF_MOUNTING_2)
+            case (MOUNTING_1(1), MOUNTING_2(1))
                 ! body from inertial, as the samples say it, is turned too far: the camera's mounting takes it up
-                associate (mounting => k%mounting(:, KIND_OF(parameter) - OF_MOUNTING_1 + 1))
+                associate (mounting => k%mounting(:, merge(1, 2, any(MOUNTING_1 == parameter))))
                     mounting = quaternion_product(mounting, conjugate_quaternion(turned_by(-along(i, value), NO_TURN)))
                 end associate
             end select

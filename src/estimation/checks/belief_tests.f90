@@ -28,7 +28,6 @@ module gracecg_estimation_belief_tests
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, with_parameters, set_noise, information_matrix
-    use gracecg_estimation_belief, only: is_interchange
     use gracecg_estimation_belief_report
     implicit none
     private
@@ -142,7 +141,7 @@ contains
                 scatter = norm2(on_fit(c, :)*known)/covariance(c, c)
             else
                 ! it has nothing to do with these data
-                if (.not. information(c, c)*largest_error(BELIEFS(i))**2 > SEEN) cycle
+                if (.not. information(c, c)*LARGEST_ERROR(BELIEFS(i))**2 > SEEN) cycle
                 ! so that the error of on_fit enters by its square
                 left = information(c, c) - dot_product(2*information(:n, c) - matmul(information(:n, :n), on_fit(:, c)), &
                                                        on_fit(:, c))
@@ -154,8 +153,8 @@ contains
             end if
             if (left > 0) scatter = scatter/left
             if (c <= n) scatter = hypot(scatter, stated)
-            call add_value(report, BELIEFS(i), score, left, stated, scatter, by_one, largest_error(BELIEFS(i)), &
-                           conceivable(BELIEFS(i)), is_interchange(BELIEFS(i)))
+            call add_value(report, BELIEFS(i), score, left, stated, scatter, by_one, LARGEST_ERROR(BELIEFS(i)), &
+                           conceivable(BELIEFS(i)), any(INTERCHANGES == BELIEFS(i)))
         end do
 
     contains
@@ -179,8 +178,8 @@ contains
         real(dp), parameter :: SIGMAS = 3           ! As of conceivable_errors
 
         known_to = sigma
-        if (.not. sigma > 0 .and. conceivable < largest_error(place)) known_to = conceivable/SIGMAS
-        if (is_interchange(place) .or. any(KIND_OF(place) == [OF_ROD_GAINS, OF_ROD_DELAYS, OF_ROD_FREQUENCIES])) known_to = 0
+        if (.not. sigma > 0 .and. conceivable < LARGEST_ERROR(place)) known_to = conceivable/SIGMAS
+        if (any([INTERCHANGES, ROD_GAINS, ROD_DELAYS, ROD_FREQUENCIES] == place)) known_to = 0
     end function known_to
 
     !> Whether the whitened residuals of each accelerometer axis are white: the correlation of neighbours, of which a

@@ -4,7 +4,7 @@ module gracecg_estimation_belief_words
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_statistics, only: order_of
     use gracecg_base_text, only: integer_text, rounded_text
-    use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
+    use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, BELIEF_UNIT, BELIEF_SIZE
     use gracecg_estimation_belief, only: ALTERATIONS
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_STAR_CAMERA, &
         LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
@@ -213,9 +213,9 @@ contains
         if (belief == ROD_GAIN .or. any(ROD_GAINS == belief)) then
             text = text//rounded_text(1 + value, 3)//' +/- '//rounded_text(sigma, 2)//' of that of the setup'
         else
-            associate (unit => belief_size(belief))
+            associate (unit => BELIEF_SIZE(belief))
                 text = text//rounded_text(abs(value)/unit, 3)//' +/- '//rounded_text(sigma/unit, 2)// &
-                    trim(' '//belief_unit(belief))//trim(merge(' more', ' less', value > 0))//' than the setup says'
+                    trim(' '//BELIEF_UNIT(belief))//trim(merge(' more', ' less', value > 0))//' than the setup says'
             end associate
         end if
     end subroutine say_value

@@ -2,8 +2,7 @@
 module gracecg_estimation_belief_report
     use gracecg_base_kinds, only: dp
     use gracecg_base_statistics, only: normal_quantile
-    use gracecg_observations_parameters, only: KIND_OF, OF_FIELD_BIAS, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_SWAPS, &
-        OF_FIELD_DELAY, OF_FIELD_TURN, OF_MOUNTING_1, OF_MOUNTING_2, belief_subject
+    use gracecg_observations_parameters, only: FIELD_BIAS, MOUNTING_1, MOUNTING_2, belief_subject, IS_OF_FIELD
     implicit none
     private
     public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
@@ -276,12 +275,8 @@ contains
         integer :: subject
 
         subject = 0
-        select case (KIND_OF(belief))
-        case (OF_FIELD_BIAS, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_SWAPS, OF_FIELD_DELAY, OF_FIELD_TURN)
-            subject = FIELD_AGAINST_MODEL
-        case (OF_MOUNTING_1, OF_MOUNTING_2)
-            subject = HEADS_APART
-        end select
+        if (any(belief == FIELD_BIAS) .or. IS_OF_FIELD(belief)) subject = FIELD_AGAINST_MODEL
+        if (any(belief == [MOUNTING_1, MOUNTING_2])) subject = HEADS_APART
         score = maxval([0.0_dp, pack(abs(report%noises%score), report%noises%subject == subject)])
     end function beside_the_fit
 

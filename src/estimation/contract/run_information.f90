@@ -1,22 +1,23 @@
 !> What the samples of one calibration say of the offset and of what several calibrations have in common: the
 !> information about them, from which a joint estimate is made without the samples.
 !>
-!> It is about x - x*, x the values of JOINED, the parameters that runs can have in common (gracecg_estimation_parameters),
-!> and x* the point about which the fit was linearised, all that belongs to the run alone at its best
-!> (gracecg_estimation_information). It is of the samples alone: a-priori knowledge of JOINED is not in it, so that it
-!> can be counted once.
+!> It is about x - x*, x the values of JOINED, the parameters that runs can have in common, and x* the point about which
+!> the fit was linearised, all that belongs to the run alone at its best (gracecg_estimation_information). It is of the
+!> samples alone: a-priori knowledge of JOINED is not in it, so that it can be counted once.
 module gracecg_estimation_run_information
     use gracecg_base_kinds, only: dp
     use gracecg_environment_time, only: utc_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
+    use gracecg_observations_parameters, only: OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA
     use gracecg_estimation_information, only: information_t
     implicit none
     private
-    public :: run_information_t, JOINED_COUNT, SHARED_GROUPS, GROUP_OF_JOINED
+    public :: run_information_t, JOINED, JOINED_COUNT, SHARED_GROUPS, GROUP_OF_JOINED
     public :: beliefs_of, GROUP_OF_BELIEF
 
-    !> Parameters that several runs can share, and those of them in which an operator believes
-    integer, parameter :: JOINED_COUNT = 16, BELIEFS_COUNT = 15
+    !> Parameters that several runs can share: the offset first, then by SHARED_GROUPS
+    integer, parameter :: JOINED(*) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]
+    integer, parameter :: JOINED_COUNT = size(JOINED), BELIEFS_COUNT = 15   !! Number of these, and of values of `beliefs_of`
     !> Properties of the satellite, which runs share unless they are told not to
     character(18), parameter :: SHARED_GROUPS(4) = [character(18) :: 'scale-factors', 'rod-gain', 'magnetometer-bias', &
                                                     'inertia']

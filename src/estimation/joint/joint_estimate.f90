@@ -18,8 +18,7 @@ module gracecg_estimation_joint_estimate
     use gracecg_environment_time, only: utc_t, seconds_between
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information, squares_of
     use gracecg_observations_parameters, only: parameter_names
-    use gracecg_estimation_parameters, only: JOINED
-    use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, SHARED_GROUPS, &
+    use gracecg_estimation_run_information, only: run_information_t, JOINED, JOINED_COUNT, SHARED_GROUPS, &
         GROUP_OF_JOINED, GROUP_OF_BELIEF
     use gracecg_estimation_offset_change, only: offset_change_t, is_between
     implicit none

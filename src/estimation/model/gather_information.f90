@@ -6,9 +6,9 @@ module gracecg_estimation_gather_information
     use gracecg_estimation_information, only: information_t, eliminated_t
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_observations_parameters, only: parameter_names
-    use gracecg_estimation_parameters, only: a_priori_sigmas, JOINED
+    use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, set_noise, with_parameters, information_matrix
-    use gracecg_estimation_run_information, only: run_information_t, JOINED_COUNT, beliefs_of
+    use gracecg_estimation_run_information, only: run_information_t, JOINED, JOINED_COUNT, beliefs_of
     implicit none
     private
     public :: gather_information, move_joined

@@ -158,7 +158,7 @@ contains
             places = pack([(i, i=1, p)], [(all([ATTITUDE_ANGLES, RATE] /= model%rotational(i)), i=1, p)])
         end associate
         driving = 0
-        inertia_changes = any(KIND_OF(model%rotational) == OF_INERTIA)
+        inertia_changes = any(KIND_OF(model%rotational) == INERTIA(1))
         do first = 0, max(0, model%steps - 1), PIECE_LENGTH
             last = min(first + PIECE_LENGTH, model%steps)
             do half = 2*first, 2*last
@@ -242,20 +242,20 @@ contains
         acting = 0
         axis = 0
         axis(mod(MEMBER_OF(parameter) - 1, 3) + 1) = 1
-        if (KIND_OF(parameter) == OF_INERTIA) dj = unit_inertia(MEMBER_OF(parameter))
+        if (KIND_OF(parameter) == INERTIA(1)) dj = unit_inertia(MEMBER_OF(parameter))
         place = findloc(model%shaped, parameter, 1)
         do i = 0, count
             half = first + i
             select case (KIND_OF(parameter))
-            case (OF_TORQUE)
+            case (TORQUE(1))
                 acting = axis
-            case (OF_TORQUE_CHANGE)
+            case (TORQUE_CHANGE(1))
                 acting = (half/(2.0_dp*model%steps) - 0.5_dp)*axis
-            case (OF_ROD_GAIN)
+            case (ROD_GAIN)
                 acting = model%magnetic_torque(:, half) - crossed(model%dipole(:, half), state%value(FIELD_BIAS))
-            case (OF_FIELD_BIAS)
+            case (FIELD_BIAS(1))
                 acting = -(1 + state%value(ROD_GAIN))*crossed(model%dipole(:, half), axis)
-            case (OF_INERTIA)
+            case (INERTIA(1))
                 acting = 3*model%rate_squared(half)*crossed(c(:, i), times(dj, c(:, i))) - times(dj, omega_dot(:, i)) - &
                          crossed(omega(:, i), times(dj, omega(:, i)))
             case default

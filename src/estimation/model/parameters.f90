@@ -4,15 +4,12 @@ module gracecg_estimation_parameters
     use gracecg_base_coloured_noise, only: ONE_SIDED
     use gracecg_observations_knowledge, only: operator_knowledge_t, USUAL_DRAG
     use gracecg_observations_parameters
-    use gracecg_estimation_run_information, only: JOINED_COUNT
     implicit none
     private
-    public :: ALWAYS_ESTIMATED, JOINED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift
+    public :: ALWAYS_ESTIMATED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift
 
     integer, parameter :: ALWAYS_ESTIMATED(*) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
-    !> Parameters that several runs can have in common: the offset first, then by SHARED_GROUPS
-    integer, parameter :: JOINED(JOINED_COUNT) = [OFFSET, SCALE_FACTORS, ROD_GAIN, FIELD_BIAS, INERTIA]
     integer, parameter :: OF_STATE(15) = [OFFSET, DRIFT, BIAS, RATE, ATTITUDE_ANGLES]
     !! Those of the solution's state, in its order
     real(dp), parameter :: USUAL_ARC = 60           !! Of the cases of CSR-TM-00-01, s
@@ -100,23 +97,21 @@ contains
         real(dp), parameter :: SIGMAS = 3
         real(dp), parameter :: QUARTZ = 1e-6_dp     ! Of the rods' frequencies, Hz: 1e-5 of 0.1 Hz, ours
         real(dp) :: sigmas_of(PARAMETERS)
-        integer :: i
 
         sigmas_of = a_priori_sigmas(knowledge)
-        associate (known => knowledge%a_priori, kinds => KIND_OF)
+        associate (known => knowledge%a_priori)
             sigmas_of(ROD_GAINS) = known%sigma_rod_gain
-            where (kinds == OF_ROD_TURNS) sigmas_of = known%sigma_directions(1)
-            where (kinds == OF_ACCELEROMETER_TURN) sigmas_of = known%sigma_directions(2)
-            where (kinds == OF_FIELD_TURN .or. kinds == OF_FIELD_SHEARS) sigmas_of = known%sigma_directions(3)
-            where (kinds == OF_FIELD_SCALES) sigmas_of = known%sigma_magnetometer_scale
-            where (kinds == OF_MOUNTING_1 .or. kinds == OF_MOUNTING_2) sigmas_of = known%sigma_mounting
-            where (kinds == OF_ROD_DELAYS .or. kinds == OF_ALL_RODS_DELAY .or. kinds == OF_ACCELEROMETER_DELAYS .or. &
-                   kinds == OF_FIELD_DELAY .or. kinds == OF_STAR_CAMERA_DELAY) sigmas_of = known%sigma_delays
-            where (kinds == OF_ROD_FREQUENCIES .or. kinds == OF_ALL_RODS_FREQUENCY) sigmas_of = QUARTZ
+            sigmas_of(ROD_TURNS) = known%sigma_directions(1)
+            sigmas_of(ACCELEROMETER_TURN) = known%sigma_directions(2)
+            sigmas_of([FIELD_TURN, FIELD_SHEARS]) = known%sigma_directions(3)
+            sigmas_of(FIELD_SCALES) = known%sigma_magnetometer_scale
+            sigmas_of([MOUNTING_1, MOUNTING_2]) = known%sigma_mounting
+            sigmas_of([ROD_DELAYS, ALL_RODS_DELAY, ACCELEROMETER_DELAYS, FIELD_DELAY, STAR_CAMERA_DELAY]) = known%sigma_delays
+            sigmas_of([ROD_FREQUENCIES, ALL_RODS_FREQUENCY]) = QUARTZ
             if (present(stated)) where (stated > 0) sigmas_of = stated
-            errors = [(largest_error(i), i=1, PARAMETERS)]
+            errors = LARGEST_ERROR
             where (sigmas_of > 0) errors = min(errors, SIGMAS*sigmas_of)
-            if (known%signs_known) where (kinds >= OF_ROD_SWAPS .and. kinds <= OF_ACCELEROMETER_SWAPS) errors = 0
+            if (known%signs_known) errors(INTERCHANGES) = 0
         end associate
     end function conceivable_errors
 end module gracecg_estimation_parameters

@@ -22,7 +22,7 @@ module gracecg_estimation_physical_model
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_environment_sun, only: sun_position, conical_shadow
     use gracecg_environment_time, only: julian_centuries_tt
-    use gracecg_observations_parameters, only: is_rotational, LIGHT
+    use gracecg_observations_parameters, only: IS_ROTATIONAL, HAS_TORQUE_SHAPE, LIGHT
     use gracecg_estimation_interpolation, only: interpolation_t, interpolation_at, cubic_interpolated, &
         LONGEST_ORBIT_SPACING
     use gracecg_estimation_fitting_data, only: fitting_data_t
@@ -30,7 +30,7 @@ module gracecg_estimation_physical_model
     use gracecg_estimation_model_state
     use gracecg_estimation_shown_samples, only: predict_accelerations, predict_channels, predict_contrasts, &
         star_angles, airflow_at
-    use gracecg_estimation_torque_shapes, only: has_shape, take_torque_shapes, take_moments
+    use gracecg_estimation_torque_shapes, only: take_torque_shapes, take_moments
     implicit none
     private
     public :: describe_model_state, physical_model_t, model_state_t, model_trajectory_t, prepare_model, &
@@ -62,9 +62,9 @@ contains
             model%camera_from_body(:, :, head) = rotation_matrix(knowledge%mounting(:, head))
         end do
         model%estimated = estimated
-        model%rotational = pack(estimated, is_rotational(estimated))
+        model%rotational = pack(estimated, IS_ROTATIONAL(estimated))
         model%place = [(findloc(model%rotational, estimated(j), 1), j=1, size(estimated))]
-        model%shaped = pack(model%rotational, has_shape(model%rotational))
+        model%shaped = pack(model%rotational, HAS_TORQUE_SHAPE(model%rotational))
         allocate (model%shape(3, 0:2*n, size(model%shaped)), source=0.0_dp)
         if (size(model%shaped) > 0) call take_torque_shapes(knowledge, data, model)
         call take_moments(knowledge, data, model)

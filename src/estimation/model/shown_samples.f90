@@ -32,14 +32,13 @@ contains
         integer, allocatable :: linear(:)
         integer :: i, k, n
 
-        linear = pack(model%estimated, is_of_instrument(model%estimated) .and. abs(state%value(model%estimated)) > 0)
+        linear = pack(model%estimated, IS_OF_INSTRUMENT(model%estimated) .and. abs(state%value(model%estimated)) > 0)
         factor = 1 + state%value(SCALE_FACTORS)
         drag_changes = model%wave_frequency > 0 .or. any(model%estimated == DRAG_CURVATURE)
         side_forces = any(model%estimated == SIDE_FORCE(1))
         lifted = any(model%estimated == LIFT(1))
         tilted = any(model%estimated == TILT(1))
-        bent = any(abs(state%value(FORCE_BENDS)) > 0) .or. &
-               any(KIND_OF(model%estimated) == OF_FORCE_BENDS)
+        bent = any(abs(state%value(FORCE_BENDS)) > 0) .or. any(KIND_OF(model%estimated) == FORCE_BENDS(1))
         changes = 0
         drag = 0
         tilts = 0
@@ -126,17 +125,17 @@ contains
                     axis = (MEMBER_OF(p) + 2)/3
                     from = mod(MEMBER_OF(p) - 1, 3) + 1
                     select case (KIND_OF(p))
-                    case (OF_CHANNEL_BIAS)
+                    case (CHANNEL_BIAS(1))
                         partial(from) = 1
-                    case (OF_CHANNEL_DRIFT)
+                    case (CHANNEL_DRIFT(1))
                         partial(from) = k*model%interval
-                    case (OF_CHANNEL_SCALES)
+                    case (CHANNEL_SCALES(1))
                         partial(axis) = trajectory%omega_dot(from, k)
-                    case (OF_CHANNEL_LEAKAGE)
+                    case (CHANNEL_LEAKAGE(1))
                         partial(axis) = model%moment(from, k)
-                    case (OF_CHANNEL_LEAKAGE_RATE)
+                    case (CHANNEL_LEAKAGE_RATE(1))
                         partial(axis) = model%moment_rate(from, k)
-                    case (OF_SAMPLING_DELAY)
+                    case (SAMPLING_DELAY)
                         partial = -transformed(scales, slope)
                     case default
                         if (model%place(i) > 0) partial = rotational(model%place(i), :)
@@ -190,15 +189,15 @@ contains
                         axis = mod(MEMBER_OF(p) - 1, 3) + 1
                         associate (same => (MEMBER_OF(p) + 2)/3 == j)
                             select case (KIND_OF(p))
-                            case (OF_OFFSET)
+                            case (OFFSET(1))
                                 partial = u(:, j)*matrix(:, axis)
-                            case (OF_SCALE_FACTORS)
+                            case (SCALE_FACTORS(1))
                                 if (j == 1) partial(axis) = by_line(axis)
-                            case (OF_LINE_SCALES)
+                            case (LINE_SCALES(1))
                                 partial(axis) = merge(by_offset(axis), by_line(axis)/sqrt(6.0_dp), same)
-                            case (OF_LINE_BIAS)
+                            case (LINE_BIAS(1))
                                 if (same) partial(axis) = 1
-                            case (OF_LINE_DRIFT)
+                            case (LINE_DRIFT(1))
                                 if (same) partial(axis) = t
                             case default
                                 if (model%place(n) > 0) partial = rotational(model%place(n), :)
@@ -371,48 +370,40 @@ contains
                     end if
                     axis = mod(MEMBER_OF(p) - 1, 3) + 1
                     select case (KIND_OF(p))
-                    case (OF_OFFSET)
+                    case (OFFSET(1))
                         partials(i, :) = factor*matrix(:, axis)
-                    case (OF_DRIFT)
+                    case (DRIFT(1))
                         partials(i, axis) = factor(axis)*t
-                    case (OF_BIAS)
+                    case (BIAS(1))
                         partials(i, axis) = factor(axis)
-                    case (OF_SCALE_FACTORS)
+                    case (SCALE_FACTORS(1))
                         partials(i, axis) = unscaled(axis)
-                    case (OF_DRAG_CURVATURE, OF_WAVE_SINE, OF_WAVE_COSINE, OF_WAVE_FREQUENCY, OF_WAVE_GROWTH)
+                    case (DRAG_CURVATURE, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, WAVE_GROWTH)
                         partials(i, :) = factor*changes(:, p - DRAG_CURVATURE + 1)
-                    case (OF_FORCE_BENDS)
+                    case (FORCE_BENDS(1))
                         partials(i, BEND_AXIS(MEMBER_OF(p))) = bends(MEMBER_OF(p))
-                    case (OF_FORCE_JUMP)
+                    case (FORCE_JUMP(1))
                         if (k >= model%jump) partials(i, axis) = factor(axis)
-                    case (OF_LIGHT)
+                    case (LIGHT(1))
                         sunlight = light_at(model, k)
                         partials(i, axis) = factor(axis)*sunlight((MEMBER_OF(p) + 2)/3)
-                    case (OF_SIDE_FORCE)
+                    case (SIDE_FORCE(1))
                         partials(i, 1) = along(1 + MEMBER_OF(p))
-                    case (OF_TILT)
+                    case (TILT(1))
                         partials(i, TILT_AXIS(MEMBER_OF(p))) = tilts(MEMBER_OF(p))
-                    case (OF_LIFT)
+                    case (LIFT(1))
                         partials(i, 1 + MEMBER_OF(p)) = along(1 + MEMBER_OF(p))
-                    case (OF_AIRFLOW_TURN)
+                    case (AIRFLOW_TURN(1))
                         axis = 1 + MEMBER_OF(p)
                         partials(i, axis) = factor(axis)*dot_product(along, drag)
                     case default
-                        if (is_of_instrument(p)) &
+                        if (IS_OF_INSTRUMENT(p)) &
                             partials(i, :) = instrument_partial(model, state, trajectory, k, p, factor, unscaled)
                     end select
                 end associate
             end do
         end associate
     end subroutine acceleration_partials
-
-    !> Is a parameter an error of the accelerometer that acts in proportion to its partial?
-    elemental logical function is_of_instrument(parameter)
-        integer, intent(in) :: parameter        !! Its place
-
-        is_of_instrument = any(KIND_OF(parameter) == [OF_ACCELEROMETER_DELAYS, OF_ACCELEROMETER_TURN, OF_ACCELEROMETER_SWAPS, &
-                                                      OF_SAMPLING_DELAY, OF_LEAKAGE, OF_LEAKAGE_RATE, OF_LINE_SCALES])
-    end function is_of_instrument
 
     !> What the accelerometer shows by 1 of such a parameter.
     pure function instrument_partial(model, state, trajectory, k, parameter, factor, unscaled) result(partial)
@@ -431,21 +422,21 @@ contains
         other = modulo(axis, 3) + 1
         partial = 0
         select case (KIND_OF(parameter))
-        case (OF_ACCELEROMETER_DELAYS)
+        case (ACCELEROMETER_DELAYS(1))
             slope = acceleration_slope(model, state, trajectory, k)
             partial(axis) = -factor(axis)*slope(axis)
-        case (OF_ACCELEROMETER_TURN)
+        case (ACCELEROMETER_TURN(1))
             partial = factor*turned_about(axis, unscaled)
-        case (OF_ACCELEROMETER_SWAPS)
+        case (ACCELEROMETER_SWAPS(1))
             partial(axis) = factor(other)*unscaled(other) - factor(axis)*unscaled(axis)
             partial(other) = -partial(axis)
-        case (OF_SAMPLING_DELAY)
+        case (SAMPLING_DELAY)
             partial = -factor*acceleration_slope(model, state, trajectory, k)
-        case (OF_LEAKAGE)
+        case (LEAKAGE(1))
             partial((axis + 2)/3) = model%moment(mod(axis - 1, 3) + 1, k)
-        case (OF_LEAKAGE_RATE)
+        case (LEAKAGE_RATE(1))
             partial((axis + 2)/3) = model%moment_rate(mod(axis - 1, 3) + 1, k)
-        case (OF_LINE_SCALES)       ! of the mean: the first contrast alone
+        case (LINE_SCALES(1))       ! of the mean: the first contrast alone
             if (axis > 3) return
             slope = transformed(acceleration_matrix(model, trajectory, k), model%line%direction())
             partial(axis) = model%line%reach()/model%line%number*slope(axis)
@@ -509,7 +500,7 @@ contains
             rate = omega + tau*trajectory%omega_dot(:, k)
             do i = 1, size(model%estimated)
                 associate (p => model%estimated(i))
-                    if (.not. is_of_star_camera(p)) cycle
+                    if (.not. IS_OF_STAR_CAMERA(p)) cycle
                     if (abs(state%value(p)) > 0) angles = angles - state%value(p)*camera_partial(p, head, camera, rate, time)
                 end associate
             end do
@@ -527,7 +518,7 @@ contains
                 associate (p => model%estimated(i), r => model%place(i))
                     if (r > 0) then
                         partials(i, :) = rotational(r, :)
-                    else if (is_of_star_camera(p)) then
+                    else if (IS_OF_STAR_CAMERA(p)) then
                         partials(i, :) = camera_partial(p, head, camera, rate, time)
                     end if
                 end associate
@@ -546,13 +537,13 @@ contains
 
         partial = 0
         select case (KIND_OF(parameter))
-        case (OF_MOUNTING_1, OF_MOUNTING_2)
-            if (KIND_OF(parameter) - OF_MOUNTING_1 + 1 == head) partial = camera(:, MEMBER_OF(parameter))
-        case (OF_HEAD_DRIFT)
+        case (MOUNTING_1(1), MOUNTING_2(1))
+            if (any(merge(MOUNTING_1, MOUNTING_2, head == 1) == parameter)) partial = camera(:, MEMBER_OF(parameter))
+        case (HEAD_DRIFT(1))
             if (head == 2) partial = camera(:, MEMBER_OF(parameter))*time
-        case (OF_HEAD_DELAY)
+        case (HEAD_DELAY)
             if (head == 2) partial = -transformed(camera, rate)
-        case (OF_STAR_CAMERA_DELAY)
+        case (STAR_CAMERA_DELAY)
             partial = -transformed(camera, rate)
         end select
     end function camera_partial

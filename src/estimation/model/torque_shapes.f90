@@ -9,30 +9,9 @@ module gracecg_estimation_torque_shapes
     use gracecg_estimation_model_state, only: physical_model_t, turned_about
     implicit none
     private
-    public :: has_shape, take_torque_shapes, take_moments
+    public :: take_torque_shapes, take_moments
 
 contains
-
-    !> Is the torque linear in a parameter, by what it does to rods or field?
-    elemental logical function has_shape(parameter)
-        integer, intent(in) :: parameter        !! Its place
-
-        select case (KIND_OF(parameter))
-        case (OF_ROD_GAINS, OF_ROD_DELAYS, OF_ROD_FREQUENCIES, OF_ALL_RODS_DELAY, OF_ALL_RODS_FREQUENCY, OF_ROD_TURNS, &
-              OF_ROD_SWAPS, OF_TORQUE_BENDS)
-            has_shape = .true.
-        case default
-            has_shape = is_of_field(parameter)
-        end select
-    end function has_shape
-
-    !> Does a parameter change the field in proportion to it?
-    elemental logical function is_of_field(parameter)
-        integer, intent(in) :: parameter        !! Its place
-
-        is_of_field = any(KIND_OF(parameter) == [OF_FIELD_TURN, OF_FIELD_SCALES, OF_FIELD_SHEARS, OF_FIELD_SWAPS, &
-                                                 OF_FIELD_DELAY])
-    end function is_of_field
 
     !> What rods and magnetic field that are not as believed would do to the torque m x B.
     subroutine take_torque_shapes(knowledge, data, model)
@@ -48,7 +27,7 @@ contains
 
         rods = knowledge%rods
         rods%delay = rods%delay + knowledge%accelerometer_delay
-        if (asked(OF_ROD_GAINS)) then
+        if (asked(ROD_GAINS(1))) then
             other = rods
             other%gain = gain_unit(rods%gain)
             call follow(other, along)
@@ -56,7 +35,7 @@ contains
                 call add(along(i, :), rod_direction(rods, i), ROD_GAINS(i))
             end do
         end if
-        if (asked(OF_ROD_DELAYS) .or. asked(OF_ALL_RODS_DELAY)) then
+        if (asked(ROD_DELAYS(1)) .or. asked(ALL_RODS_DELAY)) then
             ! steps of the spacing of the torque: a jump at an abrupt edge then falls on two places, whose weights in the
             ! Runge-Kutta steps are those of a step wherever they lie
             other = rods
@@ -66,7 +45,7 @@ contains
             call follow(other, down)
             call add_to_each_and_all((up - down)/model%interval, ROD_DELAYS, ALL_RODS_DELAY)
         end if
-        if (asked(OF_ROD_FREQUENCIES) .or. asked(OF_ALL_RODS_FREQUENCY)) then
+        if (asked(ROD_FREQUENCIES(1)) .or. asked(ALL_RODS_FREQUENCY)) then
             other = rods
             other%activations%frequency = rods%activations%frequency + FREQUENCY_STEP
             call follow(other, up)
@@ -74,8 +53,8 @@ contains
             call follow(other, down)
             call add_to_each_and_all((up - down)/(2*FREQUENCY_STEP), ROD_FREQUENCIES, ALL_RODS_FREQUENCY)
         end if
-        if (asked(OF_ROD_TURNS) .or. asked(OF_ROD_SWAPS)) call follow(rods, along)
-        do i = 1, merge(size(ROD_TURNS), 0, asked(OF_ROD_TURNS))
+        if (asked(ROD_TURNS(1)) .or. asked(ROD_SWAPS(1))) call follow(rods, along)
+        do i = 1, merge(size(ROD_TURNS), 0, asked(ROD_TURNS(1)))
             k = (i + 1)/2
             other = rods
             other%misalignment(i) = rods%misalignment(i) + TURN_STEP
@@ -83,7 +62,7 @@ contains
             other%misalignment(i) = rods%misalignment(i) - TURN_STEP
             call add(along(k, :), (direction - rod_direction(other, k))/(2*TURN_STEP), ROD_TURNS(i))
         end do
-        do i = 1, merge(3, 0, asked(OF_ROD_SWAPS))
+        do i = 1, merge(3, 0, asked(ROD_SWAPS(1)))
             other = rods
             call interchange_rods(other, i, modulo(i, 3) + 1)
             call follow(other, up)
@@ -92,8 +71,8 @@ contains
             end do
         end do
         do i = 1, size(model%shaped)
-            if (is_of_field(model%shaped(i))) call take_field_shape(data, model, i)
-            if (KIND_OF(model%shaped(i)) == OF_TORQUE_BENDS) call take_bent_torque(model, i)
+            if (IS_OF_FIELD(model%shaped(i))) call take_field_shape(data, model, i)
+            if (any(TORQUE_BENDS == model%shaped(i))) call take_bent_torque(model, i)
         end do
 
     contains
@@ -201,7 +180,7 @@ contains
     elemental logical function is_leakage(parameter)
         integer, intent(in) :: parameter        !! Its place
 
-        is_leakage = any(KIND_OF(parameter) == [OF_LEAKAGE, OF_LEAKAGE_RATE, OF_CHANNEL_LEAKAGE, OF_CHANNEL_LEAKAGE_RATE])
+        is_leakage = any(KIND_OF(parameter) == [LEAKAGE(1), LEAKAGE_RATE(1), CHANNEL_LEAKAGE(1), CHANNEL_LEAKAGE_RATE(1)])
     end function is_leakage
 
     !> The torque by a change of the field by 1 of a parameter, m x dB/dp. Samples that are tagged late show the field of an
@@ -220,15 +199,15 @@ contains
             change = 0
             associate (b => data%field(:, j + 1))
                 select case (KIND_OF(model%shaped(place)))
-                case (OF_FIELD_TURN)
+                case (FIELD_TURN(1))
                     change = turned_about(i, b)
-                case (OF_FIELD_SCALES)
+                case (FIELD_SCALES(1))
                     change(i) = -b(i)
-                case (OF_FIELD_SHEARS)
+                case (FIELD_SHEARS(1))
                     change([i, next]) = -b([next, i])
-                case (OF_FIELD_SWAPS)
+                case (FIELD_SWAPS(1))
                     change([i, next]) = b([next, i]) - b([i, next])
-                case (OF_FIELD_DELAY)
+                case (FIELD_DELAY)
                     before = max(0, j - 1)
                     after = min(2*model%steps, j + 1)
                     change = (data%field(:, after + 1) - data%field(:, before + 1))/((after - before)*model%interval/2)

@@ -8,7 +8,7 @@ module gracecg_estimation_arc_problem
     use gracecg_base_lapack, only: grouped_normal_equations
     use gracecg_base_statistics, only: median_of
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_parameters, only: KIND_OF, OF_ALL_RODS_DELAY, OF_ROD_DELAYS
+    use gracecg_observations_parameters, only: ALL_RODS_DELAY, ROD_DELAYS
     use gracecg_estimation_information, only: information_t, eliminated_t, no_information
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
@@ -203,7 +203,7 @@ contains
         end if
         if (arc%held) then
             do k = 1, all
-                if (any(KIND_OF(problem%model%estimated(k)) == [OF_ALL_RODS_DELAY, OF_ROD_DELAYS])) &
+                if (any(problem%model%estimated(k) == [ALL_RODS_DELAY, ROD_DELAYS])) &
                     partials(k, problem%star_rows + 1:problem%sample_rows()) = 0
             end do
         end if

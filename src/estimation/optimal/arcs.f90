@@ -260,7 +260,7 @@ contains
             free = 0
             do k = 1, size(arcs)
                 if (arcs(k)%head_samples(head) == 0) cycle
-                own = count(is_rotational(arcs(k)%own) .and. KIND_OF(arcs(k)%own) /= OF_FIELD_BIAS)/3
+                own = count(IS_ROTATIONAL(arcs(k)%own) .and. KIND_OF(arcs(k)%own) /= FIELD_BIAS(1))/3
                 if (head == 2) own = 2
                 squares = squares + arcs(k)%head_squares(about, head)
                 free = free + arcs(k)%head_samples(head) - own

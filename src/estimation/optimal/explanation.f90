@@ -18,9 +18,8 @@ module gracecg_estimation_explanation
     use gracecg_estimation_options, only: estimation_options_t, WAVE_GIVEN, WAVE_SEARCHED
     use gracecg_observations_parameters, only: ROD_GAINS, ROD_GAIN, ROD_DELAYS, ALL_RODS_DELAY, ROD_FREQUENCIES, &
         ALL_RODS_FREQUENCY, ACCELEROMETER_TURN, FIELD_TURN, FIELD_SHEARS, FIELD_BIAS, FIELD_SCALES, MOUNTING_1, MOUNTING_2, &
-        largest_error
-    use gracecg_estimation_belief, only: ALTERATIONS, OF_QUATERNIONS, apply_value, apply_alteration, is_possible, &
-        is_interchange
+        INTERCHANGES, LARGEST_ERROR
+    use gracecg_estimation_belief, only: ALTERATIONS, OF_QUATERNIONS, apply_value, apply_alteration, is_possible
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
         OF_ALTERATION, OF_NOISE, FIELD_AGAINST_MODEL, HEADS_APART
     use gracecg_estimation_solution, only: solution_t
@@ -252,7 +251,7 @@ contains
         do i = 1, min(MOST_CANDIDATES, size(order))
             associate (test => fitted%values(order(i)))
                 if (test%state /= CONTRADICTED) exit
-                if (.not. is_interchange(test%belief)) call try_value(test%belief, 0.0_dp, search)  ! else among the alterations
+                if (all(INTERCHANGES /= test%belief)) call try_value(test%belief, 0.0_dp, search)  ! else among the alterations
             end associate
         end do
     end subroutine try_values
@@ -383,7 +382,7 @@ contains
                 if (left < huge(1.0_dp) .and. gain + HOPE*(test%value/test%sigma)**2/2 < &
                     maxval([0.0_dp, search%found%gain]) - SAME) exit        ! another belief explains more
                 value = value + test%value
-                if (abs(value) > largest_error(belief)) exit
+                if (abs(value) > LARGEST_ERROR(belief)) exit
             end associate
         end do
         if (.not. is_possible(belief, tried%value, search%observations%knowledge)) return

@@ -88,7 +88,7 @@ contains
         integer :: i, move
 
         call find_parameters(options%optimal%also, named, unknown)
-        named = pack(named, acts_in_proportion(named))
+        named = pack(named, ACTS_IN_PROPORTION(named))
         allocate (moved(size(named)), source=0.0_dp)
         believed = observations
         unchecked = options
@@ -461,7 +461,7 @@ contains
             solution%covariance = batch%inverse(OFFSET, OFFSET)     ! estimated begins with ALWAYS_ESTIMATED
             solution%state_covariance = batch%inverse(OF_STATE, OF_STATE)
             solution%parameters = [(estimated_parameter_t(parameter_names(estimated(i)), state%value(estimated(i)), &
-                                                          sqrt(batch%inverse(i, i)), parameter_units(estimated(i))), &
+                                                          sqrt(batch%inverse(i, i)), PARAMETER_UNITS(estimated(i))), &
                                     i=1, size(estimated))]
             solution%parameters = pack(solution%parameters, &
                                        [((estimated(i) > maxval(BIAS) .or. any(TORQUE == estimated(i))) .and. &

@@ -25,7 +25,7 @@ module gracecg_estimation_live_estimate
     use gracecg_observations_knowledge, only: operator_knowledge_t, HEADS
     use gracecg_observations_observation_set, only: LARGEST_ACCELERATION, LARGEST_FIELD
     use gracecg_observations_parameters, only: PARAMETERS, ATTITUDE_ANGLES, RATE, TORQUE, FIELD_BIAS, SCALE_FACTORS, DRIFT, &
-        BIAS, OFFSET, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, loose_sigmas
+        BIAS, OFFSET, WAVE_SINE, WAVE_COSINE, WAVE_FREQUENCY, LOOSE_SIGMAS
     use gracecg_estimation_options, only: sequential_options_t
     use gracecg_estimation_parameters, only: a_priori_sigmas
     use gracecg_estimation_model_state, only: physical_model_t, model_state_t, model_trajectory_t, turned_by
@@ -162,7 +162,7 @@ contains
         self%guess%quaternion = normalised(quaternion)
         self%guess%value(RATE) = angular_velocity
         stated = a_priori_sigmas(knowledge)
-        self%prior_sigma = loose_sigmas(ESTIMATED)
+        self%prior_sigma = LOOSE_SIGMAS(ESTIMATED)
         where (stated(ESTIMATED) > 0) self%prior_sigma = stated(ESTIMATED)
         if (frequency > 0) self%prior_sigma(OF_WAVE(3)) = WAVE_SIGMA*frequency
         allocate (self%first(max(1, nint(FIRST_SECONDS/self%model%interval))))

@@ -16,8 +16,8 @@ module gracecg_estimation_sequential
     use gracecg_base_text, only: append, string_t
     use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_observation_set, only: observation_set_t
-    use gracecg_observations_parameters, only: PARAMETERS, OFFSET, FORCE_SHAPES, LIFT, loose_sigmas, parameter_names, &
-        parameter_units, TORQUE, DRIFT, BIAS, RATE
+    use gracecg_observations_parameters, only: PARAMETERS, OFFSET, FORCE_SHAPES, LIFT, LOOSE_SIGMAS, parameter_names, &
+        PARAMETER_UNITS, TORQUE, DRIFT, BIAS, RATE
     use gracecg_estimation_options, only: estimation_options_t, sequential_options_t, ADAPTIVE, STRAIGHT_LINE
     use gracecg_estimation_fitting_data, only: fitting_data_t, preprocess
     use gracecg_estimation_parameters, only: a_priori_sigmas, feels_lift, OF_STATE
@@ -128,7 +128,7 @@ contains
         problem%state = initial_state(data, options)
         problem%guess = problem%state
         problem%guess%value(OFFSET) = 0         ! so that the guess has no weight at all
-        problem%prior_sigma = loose_sigmas(ESTIMATED)
+        problem%prior_sigma = LOOSE_SIGMAS(ESTIMATED)
         stated = a_priori_sigmas(observations%knowledge)
         if (.not. options%sequential%estimate_within_limits) stated = NO_ERROR*stated
         where (stated(ESTIMATED) > 0) problem%prior_sigma = stated(ESTIMATED)
@@ -352,7 +352,7 @@ contains
         solution%condition = condition_of(constants)
         solution%parameters = [(estimated_parameter_t(parameter_names(TORQUE(i)), final%value(TORQUE(i)), &
                                                       norm2(root(constant_of(TORQUE(i)), :)), &
-                                                      parameter_units(TORQUE(i))), i=1, 3)]
+                                                      PARAMETER_UNITS(TORQUE(i))), i=1, 3)]
         solution%noise_level = knowledge%accelerometer_noise%level
         solution%noise_corner = knowledge%accelerometer_noise%corner
         solution%star_camera_sigma = knowledge%star_camera_sigma
