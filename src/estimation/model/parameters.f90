@@ -51,10 +51,10 @@ contains
         sigmas(SCALE_FACTORS) = knowledge%a_priori%aged_scale_sigmas()
         sigmas(LINE_SCALES) = [knowledge%line%scale_sigma, knowledge%line%scale_sigma]
         sigmas(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
-        if (knowledge%line%number > 1) then     ! which see the rotation, and what makes it
-            sigmas(ROD_GAINS) = knowledge%a_priori%sigma_rod_gain
-            sigmas(TORQUE_BENDS) = knowledge%a_priori%sigma_torque
-        end if
+        associate (several => knowledge%line%number > 1)        ! they see the rotation, and what makes it
+            if (several .or. knowledge%rods%direct) sigmas(ROD_GAINS) = knowledge%a_priori%sigma_rod_gain
+            if (several) sigmas(TORQUE_BENDS) = knowledge%a_priori%sigma_torque
+        end associate
         sigmas(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
         sigmas(INERTIA) = knowledge%a_priori%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])
         sigmas(TORQUE_CHANGE) = knowledge%a_priori%sigma_torque
