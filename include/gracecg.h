@@ -56,6 +56,7 @@ typedef enum gracecg_status {
     GRACECG_FAILED = 5,         /* the work failed (unknown name, file, settings, data): see message */
     GRACECG_NOT_CONVERGED = 6,  /* an estimate did not converge; the object is made nevertheless */
     GRACECG_NO_MEMORY = 7,      /* memory ran out, or too many objects are alive */
+    GRACECG_NOT_USABLE = 8,     /* an estimate was made that is not to be used, and why; the object is made */
     GRACECG_STATUS_SIZE_ = 0x7fffffff   /* not a status: makes the type 32 bits wide */
 } gracecg_status;
 
@@ -381,7 +382,8 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      "action"                       what to do, and why, in a line
      action_sigma[3]                that it rests on: sigma, what belongs to stated errors, and other torques than
                                     the rods', m
-     action_kind                    1 trim, 2 leave, 3 calibrate again, 4 do not use
+     action_kind                    1 trim, 2 leave, 3 calibrate again, 4 do not use, 5 not tested: the options
+                                    leave the tests out
      action_trim[3]                 1: the centre of mass is to be moved by d along this axis
      action_again[3]                1: this axis takes another calibration
      belief_undetected[3]           what a single wrong thing in the setup could move each component by, unseen,
@@ -413,8 +415,8 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      "warnings"                     a line each */
 
 /* Estimates the offset from observations alone, by an algorithm of gracecg_name, with the options of the observation
-   set, and tells what the data say of rods, inertia, instruments and noise. GRACECG_NOT_CONVERGED makes the fit, too,
-   which is then not to be relied upon. */
+   set, and tells what the data say of rods, inertia, instruments and noise. GRACECG_NOT_CONVERGED and
+   GRACECG_NOT_USABLE (the action is: do not use) make the fit, too: for an examination, not for a trim. */
 gracecg_status gracecg_estimate(const char *algorithm, const gracecg_object *observations, gracecg_object **fit,
                                 gracecg_error *error);
 

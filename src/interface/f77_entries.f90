@@ -1152,7 +1152,7 @@ subroutine gcsetm(iset, n, t, xm, isetm, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcsetm
 
-!> Observation set from arrays.
+!> Observation set from arrays; TA multiples of the setup's interval, within 1 %.
 subroutine gcobsc(iset, na, ta, a, ns, ts, ihead, q, nm, tm, b, no, to, xo, iobs, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use gracecg_base_kinds, only: dp
@@ -1430,8 +1430,8 @@ subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcrunn
 
-!> What to do: KIND 1 trim, 2 leave, 3 calibrate again, 4 do not use; by axis, 1: to be moved by d, 1: to be
-!> calibrated again. MSG holds the line that says so.
+!> What to do: KIND 1 trim, 2 leave, 3 calibrate again, 4 do not use, 5 not tested; by axis, 1: to be moved by d, 1:
+!> to be calibrated again. MSG holds the line that says so.
 subroutine gcact(algo, iobs, kind, trim, again, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
     use gracecg_base_kinds, only: dp
@@ -1444,7 +1444,8 @@ subroutine gcact(algo, iobs, kind, trim, again, istat, msg)
     integer, intent(in) :: iobs
     !! `observations` of gracecg_estimate
     integer, intent(inout) :: kind
-    !! Item action_kind: 1 trim, 2 leave, 3 calibrate again, 4 do not use
+    !! Item action_kind: 1 trim, 2 leave, 3 calibrate again, 4 do not use, 5 not tested: the options leave the tests
+    !! out
     real(dp), intent(inout) :: trim(3)
     !! Item action_trim: 1: the centre of mass is to be moved by d along this axis
     real(dp), intent(inout) :: again(3)

@@ -47,6 +47,7 @@ contains
                                 c_associated(gracecg_name(index=0))), 'no NULL outside')
         call check(error, text_at(gracecg_status_text(OK)), 'success')
         call check(error, text_at(gracecg_status_text(NO_MEMORY)), 'no memory')
+        call check(error, text_at(gracecg_status_text(NOT_USABLE)), 'not to be used')
         call check(error, text_at(gracecg_status_text(99)), 'unknown status')
         call check(error, text_at(gracecg_status_text(-1)), 'unknown status')
     end subroutine test_constant_texts

@@ -3,16 +3,17 @@ module gracecg_estimation_belief_words
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_statistics, only: order_of
-    use gracecg_base_text, only: integer_text, rounded_text
+    use gracecg_base_text, only: string_t, integer_text, rounded_text
     use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief, only: ALTERATIONS
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_STAR_CAMERA, &
         LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
-    public :: say_counts, say_contradiction, say_undetected, say_untested, is_larger_alike
+    public :: say_counts, say_contradiction, say_undetected, say_untested, say_failed_tests, is_larger_alike, FAILED_TESTS
 
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
+    character(*), parameter :: FAILED_TESTS = 'what the setup says could not be tested: '   !! A warning begins so, if so
 
 contains
 
@@ -124,6 +125,19 @@ contains
         text = text//'the sign of the accelerometer (all its axes turned would turn d: no calibration tells; a small trim '// &
             'does, then set signs_known)'
     end subroutine say_untested
+
+    !> Why the tests that were asked for could not be made, by the warnings; empty if they were not asked for.
+    subroutine say_failed_tests(warnings, text)
+        type(string_t), intent(in) :: warnings(:)       !! Of an estimate without tests
+        character(:), allocatable, intent(out) :: text  !! Words, without a full stop
+
+        integer :: i
+
+        text = ''
+        do i = 1, size(warnings)
+            if (index(warnings(i)%text, FAILED_TESTS) == 1) text = warnings(i)%text
+        end do
+    end subroutine say_failed_tests
 
     !> The belief with the largest score.
     subroutine say_worst(report, text)
