@@ -7,7 +7,7 @@ module gracecg_estimation_belief_words
     use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, belief_unit, belief_size
     use gracecg_estimation_belief, only: ALTERATIONS
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_STAR_CAMERA, &
-        LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
+        LINES, FIELD_AGAINST_MODEL, HEADS_APART, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
     public :: say_counts, say_contradiction, say_undetected, say_untested, say_failed_tests, is_larger_alike, FAILED_TESTS
@@ -48,6 +48,8 @@ contains
             text = text//'; '//trim(report%lost_channel)
             return
         end if
+        if (air_may_be_it(report)) text = text//'; the cause may be forces of the air, which so quiet an accelerometer feels '// &
+            'better than they are modelled: calibrate higher, or elsewhere on the orbit'
         if (size(report%explanations) == 0) then
             text = text//'; no single wrong belief of those that were tried explains them'
             return
@@ -79,6 +81,18 @@ contains
             any([(any(OF_STAR_CAMERA == report%noises(i)%subject) .and. report%noises(i)%state == CONTRADICTED, &
                   i=1, size(report%noises))])
     end function is_too_long
+
+    !> Are the residuals of an accelerometer that feels more than the model has what is farthest off?
+    pure logical function air_may_be_it(report)
+        type(belief_report_t), intent(in) :: report
+
+        air_may_be_it = .false.
+        if (.not. report%feels_air .or. size(report%noises) == 0) return
+        associate (worst => report%noises(maxloc(abs(report%noises%score), 1)))
+            air_may_be_it = all([OF_STAR_CAMERA, FIELD_AGAINST_MODEL, HEADS_APART] /= worst%subject) .and. &
+                abs(worst%score) > maxval(abs([0.0_dp, report%values%fair]))
+        end associate
+    end function air_may_be_it
 
     !> Lines in the residuals' spectra that contradict, and whether a rod has their frequency; samples that do not belong
     !> together; empty if there are none.

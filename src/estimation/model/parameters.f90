@@ -7,7 +7,7 @@ module gracecg_estimation_parameters
     use gracecg_estimation_run_information, only: JOINED_COUNT
     implicit none
     private
-    public :: ALWAYS_ESTIMATED, JOINED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift
+    public :: ALWAYS_ESTIMATED, JOINED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift, feels_air
 
     integer, parameter :: ALWAYS_ESTIMATED(*) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
@@ -84,11 +84,25 @@ contains
     pure logical function feels_lift(knowledge)
         type(operator_knowledge_t), intent(in) :: knowledge
 
-        associate (noise => knowledge%accelerometer_noise(2:3))
-            feels_lift = knowledge%rods%direct .or. any(noise%level > 0 .and. noise%level/merge(2, 1, noise%sides == ONE_SIDED) < &
-                             QUIET*force_size(knowledge)**2)
-        end associate
+        feels_lift = knowledge%rods%direct .or. is_quiet(knowledge, force_size(knowledge))
     end function feels_lift
+
+    !> Whether an instrument is so quiet, for the drag that is stated or else usual, that it may show more than the model of the
+    !> air's forces has.
+    pure logical function feels_air(knowledge)
+        type(operator_knowledge_t), intent(in) :: knowledge
+
+        feels_air = is_quiet(knowledge, merge(knowledge%a_priori%drag/USUAL_DRAG, 1.0_dp, knowledge%a_priori%drag > 0))
+    end function feels_air
+
+    pure logical function is_quiet(knowledge, size)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp), intent(in) :: size        !! Of the forces, as force_size
+
+        associate (noise => knowledge%accelerometer_noise(2:3))
+            is_quiet = any(noise%level > 0 .and. noise%level/merge(2, 1, noise%sides == ONE_SIDED) < QUIET*size**2)
+        end associate
+    end function is_quiet
 
     !> The largest errors that agree with what the operator states: three standard deviations, but no more than any error;
     !> an interchange of axes is none once they have been confirmed. Rods follow a quartz. By place, SI units.
