@@ -112,6 +112,18 @@ typedef struct gracecg_utc {
 /* Reads ISO 8601: "1989-01-02T00:00:00.5" or "1989-01-02". */
 gracecg_status gracecg_utc_parse(const char *text, gracecg_utc *utc, gracecg_error *error);
 
+/* A time as ISO 8601 has it, in less than 32 bytes. */
+gracecg_status gracecg_utc_text(const gracecg_utc *utc, char *text, size_t size, size_t *length,
+                                gracecg_error *error);
+
+/* The time so many SI seconds later, or earlier, leap seconds counted. Seconds of GPS count from 1980-01-06, those of
+   GRACE's files from 2000-01-01T11:59:47. */
+gracecg_status gracecg_utc_plus(const gracecg_utc *utc, double seconds, gracecg_utc *later, gracecg_error *error);
+
+/* SI seconds from one time to another, leap seconds counted. */
+gracecg_status gracecg_utc_difference(const gracecg_utc *start, const gracecg_utc *finish, double *seconds,
+                                      gracecg_error *error);
+
 /* Greenwich mean sidereal time (IAU 1982), rad, 0 <= angle < 2 pi. ut1_minus_utc in s. */
 gracecg_status gracecg_sidereal_angle(const gracecg_utc *utc, double ut1_minus_utc, double *angle,
                                       gracecg_error *error);

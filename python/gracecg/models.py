@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import Handle, alike, call, exactly, ffi, numbers, pointer, spread, text
+from ._library import Handle, alike, call, exactly, ffi, numbers, pointer, spread, text, text_of
 
 Array = NDArray[np.float64]
 
@@ -49,6 +49,23 @@ class Utc:
 
     def _c(self):
         return ffi.new("gracecg_utc *", {"mjd": self.mjd, "seconds": self.seconds})
+
+    def __str__(self) -> str:
+        buffer = ffi.new("char[32]")
+        call("utc_text", self._c(), buffer, len(buffer), ffi.NULL)
+        return text_of(buffer)
+
+    def plus(self, seconds: float) -> "Utc":
+        """So many SI seconds later, leap seconds counted; seconds of GPS count from 1980-01-06."""
+        later = ffi.new("gracecg_utc *")
+        call("utc_plus", self._c(), seconds, later)
+        return Utc(later.mjd, later.seconds)
+
+    def since(self, other: "When") -> float:
+        """SI seconds from another time to this one."""
+        seconds = ffi.new("double *")
+        call("utc_difference", Utc.of(other)._c(), self._c(), seconds)
+        return seconds[0]
 
     def sidereal_angle(self, ut1_minus_utc: float = 0.0) -> float:
         """Greenwich mean sidereal time (IAU 1982), rad; UT1-UTC in s."""

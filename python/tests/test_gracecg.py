@@ -53,6 +53,9 @@ def test_every_function_of_the_header_is_there():
 def test_time():
     assert gracecg.Utc.of("2016-12-31T23:59:60").seconds == 86400.0        # a leap second
     assert gracecg.Utc.of("1989-01-02").mjd == 47528
+    late = gracecg.Utc.of("2016-12-31T23:59:59.5").plus(1.0)
+    assert str(late) == "2016-12-31T23:59:60.5" and late.since("2016-12-31") == 86400.5
+    assert str(gracecg.Utc.of("1980-01-06").plus(1e9)) == "2011-09-14T01:46:25"      # GPS week 1653, 265600 s
 
 
 def test_live_estimate(case, observations):
