@@ -57,7 +57,7 @@ module gracecg_environment_space_weather
     integer, parameter :: MEAN_DAYS = 40    !! Before and after a day, of its mean over 81
     integer, parameter :: DAYS_NEEDED = 73  !! Of the 81, where single days have no flux
     character(*), parameter :: REMEDY = 'give f107, f107_mean and kp; in a case file by space_weather = ''given'', or by '// &
-        '''file'' and space_weather_file, a table of that time as SW-All.csv of CelesTrak'
+        'space_weather = ''file'' and space_weather_file a table of that time as SW-All.csv of CelesTrak'
     real(dp), parameter :: NONE = 0         !! In the place of a mean that cannot be formed
 
 contains
