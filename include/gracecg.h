@@ -56,6 +56,7 @@ typedef enum gracecg_status {
     GRACECG_FAILED = 5,         /* the work failed (unknown name, file, settings, data): see message */
     GRACECG_NOT_CONVERGED = 6,  /* an estimate did not converge; the object is made nevertheless */
     GRACECG_NO_MEMORY = 7,      /* memory ran out, or too many objects are alive */
+    GRACECG_NOT_USABLE = 8,     /* an estimate was made that is not to be used, and why; the object is made */
     GRACECG_STATUS_SIZE_ = 0x7fffffff   /* not a status: makes the type 32 bits wide */
 } gracecg_status;
 
@@ -110,6 +111,18 @@ typedef struct gracecg_utc {
 
 /* Reads ISO 8601: "1989-01-02T00:00:00.5" or "1989-01-02". */
 gracecg_status gracecg_utc_parse(const char *text, gracecg_utc *utc, gracecg_error *error);
+
+/* A time as ISO 8601 has it, in less than 32 bytes. */
+gracecg_status gracecg_utc_text(const gracecg_utc *utc, char *text, size_t size, size_t *length,
+                                gracecg_error *error);
+
+/* The time so many SI seconds later, or earlier, leap seconds counted. Seconds of GPS count from 1980-01-06, those of
+   GRACE's files from 2000-01-01T11:59:47. */
+gracecg_status gracecg_utc_plus(const gracecg_utc *utc, double seconds, gracecg_utc *later, gracecg_error *error);
+
+/* SI seconds from one time to another, leap seconds counted. */
+gracecg_status gracecg_utc_difference(const gracecg_utc *start, const gracecg_utc *finish, double *seconds,
+                                      gracecg_error *error);
 
 /* Greenwich mean sidereal time (IAU 1982), rad, 0 <= angle < 2 pi. ut1_minus_utc in s. */
 gracecg_status gracecg_sidereal_angle(const gracecg_utc *utc, double ut1_minus_utc, double *angle,
@@ -381,7 +394,8 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      "action"                       what to do, and why, in a line
      action_sigma[3]                that it rests on: sigma, what belongs to stated errors, and other torques than
                                     the rods', m
-     action_kind                    1 trim, 2 leave, 3 calibrate again, 4 do not use
+     action_kind                    1 trim, 2 leave, 3 calibrate again, 4 do not use, 5 not tested: the options
+                                    leave the tests out
      action_trim[3]                 1: the centre of mass is to be moved by d along this axis
      action_again[3]                1: this axis takes another calibration
      belief_undetected[3]           what a single wrong thing in the setup could move each component by, unseen,
@@ -413,8 +427,8 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      "warnings"                     a line each */
 
 /* Estimates the offset from observations alone, by an algorithm of gracecg_name, with the options of the observation
-   set, and tells what the data say of rods, inertia, instruments and noise. GRACECG_NOT_CONVERGED makes the fit, too,
-   which is then not to be relied upon. */
+   set, and tells what the data say of rods, inertia, instruments and noise. GRACECG_NOT_CONVERGED and
+   GRACECG_NOT_USABLE (the action is: do not use) make the fit, too: for an examination, not for a trim. */
 gracecg_status gracecg_estimate(const char *algorithm, const gracecg_object *observations, gracecg_object **fit,
                                 gracecg_error *error);
 

@@ -52,7 +52,7 @@ gracecg_status gracecg_level1_open(const char *path, const double span[2], grace
    setup: path of a namelist with mass_properties and level1. Each or NULL: satellite "A" to "D" (the only one, or the
    first, that has files); day, as "2020-02-01": of several manoeuvres that which it has part of (`--day`); spans
    [n_spans][2], start (GPS s past 2000-01-01 12:00:00) and duration (s) of sub-manoeuvres (those of the SOE file in
-   the folder, or by the currents). */
+   the folder, or by the currents). GRACECG_NOT_USABLE (flag 2) makes the estimate, too. */
 gracecg_status gracecg_level1_estimate(const char *folder, const char *setup, const char *satellite, const char *day,
                                        size_t n_spans, const double *spans, gracecg_object **offset,
                                        gracecg_error *error);

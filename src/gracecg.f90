@@ -109,7 +109,7 @@ module gracecg
     use gracecg_estimation_fit_record, only: fit_record_t, NOISE_SOURCES
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, diagnose
     use gracecg_estimation_verdict, only: verdict_t, finding_t, judge, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
-    use gracecg_estimation_action, only: action_t, ACTIONS, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
+    use gracecg_estimation_action, only: action_t, ACTIONS, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE, NOT_TESTED
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
     use gracecg_estimation_arc_chain, only: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
@@ -189,7 +189,7 @@ module gracecg
     public :: solution_t, estimate_offset, ESTIMATOR_NAMES
     public :: live_estimate_t, live_sample_t, begin_live_estimate, next_seconds_t, begin_planning
     public :: fit_record_t, fit_diagnostics_t, diagnose, NOISE_SOURCES, verdict_t, judge, finding_t, GRADE_GOOD, GRADE_DOUBTFUL
-    public :: GRADE_BAD, action_t, ACTIONS, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
+    public :: GRADE_BAD, action_t, ACTIONS, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE, NOT_TESTED
     public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
     public :: estimate_runs, run_information_t, SHARED_GROUPS
     public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC

@@ -6,6 +6,7 @@ Quaternions turn inertial into body axes and have their scalar part last. Failur
 
 >>> import gracecg
 >>> solution = gracecg.Case("front-3").simulator().observe(seed=1, run=1).estimate("optimal")
+>>> solution.action.text        # what to do: whether to use the numbers
 >>> 1e3 * solution.offset       # mm
 """
 from __future__ import annotations
@@ -14,7 +15,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import distributed, plot, report, torques
+    from . import distributed, pages, plot, report, torques
     from ._library import GracecgError
     from .calibration import (Action, Beliefs, Bound, Case, Chain, Design, DesignSettings, Fit, FitTests, ForceModel, Joint,
                               LiveEstimate, LiveOffset, Map, MonteCarlo, Observations, Rod, Setup, Simulator, Solution,
@@ -32,11 +33,12 @@ __all__ = ["Action", "Air", "Beliefs", "Bound", "Case", "Chain", "Density", "Des
            "sun_illumination", "sun_position", "torques"]
 
 _MODULES = ("calibration", "level1", "models", "_library")
+_PARTS = ("distributed", "pages", "plot", "report", "torques")
 
 
 def __getattr__(name: str) -> Any:
     """The public names, found when they are first used: pages and figures do without the shared library."""
-    if name in ("distributed", "plot", "report", "torques"):
+    if name in _PARTS:
         return importlib.import_module("." + name, __name__)
     if name == "__version__":
         library = importlib.import_module("._library", __name__)
@@ -51,4 +53,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted({*__all__, *_PARTS, *(name for name in globals() if name.startswith("__"))})

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-BAD_VALUE, NOT_CONVERGED = 4, 6     # gracecg_status
+BAD_VALUE, NOT_CONVERGED, NOT_USABLE = 4, 6, 8      # gracecg_status
 
 
 class GracecgError(Exception):
@@ -69,6 +69,13 @@ lib: Any = _load()
 def text_of(pointer: Any) -> str:
     """A text that ends with a zero."""
     return ffi.string(pointer).decode("utf-8", errors="replace")
+
+
+def text(given: Any, what: str) -> bytes:
+    """A text for the library, of what it says."""
+    if not isinstance(given, str):
+        raise TypeError(f"{what}: a text is expected, not {given!r}")
+    return given.encode()
 
 
 def call(name: str, *arguments: Any, allowed: Sequence[int] = ()) -> int:
@@ -178,6 +185,13 @@ class Handle:
     @property
     def _handle(self) -> Any:
         return self._address[0]
+
+    @classmethod
+    def _of(cls, given: Any) -> Any:
+        """The handle of what has to be of this class."""
+        if not isinstance(given, cls):
+            raise TypeError(f"an object of the class {cls.__name__} is expected, not {given!r}")
+        return given._handle
 
     def _numbers(self, item: str, *shape: int) -> NDArray[np.float64]:
         """The numbers of an item; -1 in the shape: as many as there are."""

@@ -28,7 +28,7 @@ class Simulator(Handle):
     """The true arc of a case and what its star cameras see: once, for any number of runs."""
 
     def __init__(self, case: "Case") -> None:
-        super().__init__("simulator_open", case._handle)
+        super().__init__("simulator_open", Case._of(case))
 
     def observe(self, seed: int = 1, run: int = 1) -> Observations:
         """Simulated observations, those of ``gracecg simulate --seed SEED --run RUN``."""
@@ -53,7 +53,7 @@ class ForceModel(Handle):
     """One satellite with all its models, built from a case; times are s from the case's epoch."""
 
     def __init__(self, case: "Case") -> None:
-        super().__init__("force_model_open", case._handle)
+        super().__init__("force_model_open", Case._of(case))
 
     def accelerations(self, seconds: ArrayLike, position: ArrayLike, velocity: ArrayLike,
                       quaternion: ArrayLike) -> dict[str, Array]:
@@ -389,7 +389,7 @@ class MonteCarlo:
 
 
 def monte_carlo(case: Case, algorithm: str = "optimal", runs: int = 15, seed: int = 1, threads: int | None = None,
-                progress: Callable[[int, int], object] | None = None) -> MonteCarlo:
+                progress: Callable[[int, int], object] | None = None, options: Options | None = None) -> MonteCarlo:
     """Simulates and estimates runs 1 to `runs`, as ``gracecg montecarlo`` does.
 
     Parameters
@@ -398,13 +398,15 @@ def monte_carlo(case: Case, algorithm: str = "optimal", runs: int = 15, seed: in
         As many as there are processors. The numbers do not depend on it.
     progress : callable, optional
         Called with the number of runs done and of all; when it gives False the work stops with KeyboardInterrupt.
+    options : str or mapping, optional
+        In place of the case's.
     """
     if runs < 1:
         raise ValueError(f"runs is {runs}; 1 or more are allowed")
-    simulator = case.simulator()
+    simulator = case._with(options).simulator()
 
     def one(run: int) -> Solution:
-        return simulator.observe(seed, run).estimate(algorithm)
+        return Fit(algorithm, simulator.observe(seed, run)).solution
 
     with concurrent.futures.ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         waiting = [pool.submit(one, run) for run in range(1, runs + 1)]

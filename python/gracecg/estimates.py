@@ -5,15 +5,18 @@ import itertools
 import os
 import pathlib
 import tempfile
+import warnings
 from dataclasses import dataclass
 from typing import Any, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import NOT_CONVERGED, Handle, array, call, exactly, ffi, lib, named, numbers, pointer, text_of
+from ._library import (NOT_CONVERGED, NOT_USABLE, Handle, array, call, exactly, ffi, lib, named, numbers, pointer, text,
+                       text_of)
 
 Array = NDArray[np.float64]
+DO_NOT_USE = 4          # action_kind
 Options = "str | Mapping[str, Mapping[str, Any]]"
 
 
@@ -71,6 +74,9 @@ class _WithOptions(Handle):
         """
         return self._made("options_replace", self._handle, _namelist(options))
 
+    def _with(self, options: Options | None):
+        return self if options is None else self.with_options(options)
+
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -78,6 +84,8 @@ class Solution:
 
     Attributes
     ----------
+    action : Action
+        What to do: whether the offset is to be used. It comes first; `converged` says only that there are numbers.
     offset : ndarray, (3,)
         d, from the centre of mass to the proof mass, body axes, m.
     sigma : ndarray, (3,)
@@ -110,6 +118,7 @@ class Solution:
     warnings : list of str
     """
 
+    action: "Action"
     offset: Array = array(3)
     sigma: Array = array(3)
     covariance: Array = array(3, 3)
@@ -182,13 +191,24 @@ class Fit(Handle):
     """An estimate with all that it can tell of itself; made by `Observations.fit`."""
 
     def __init__(self, algorithm: str, observations: "Observations") -> None:
-        super().__init__("estimate", algorithm.encode(), observations._handle, allowed=[NOT_CONVERGED])
+        super().__init__("estimate", text(algorithm, "algorithm"), Observations._of(observations),
+                         allowed=[NOT_CONVERGED, NOT_USABLE])
+
+    def __repr__(self) -> str:
+        found = self.solution
+        return f"<Fit: {found.action.text}; offset {found.offset} m, sigma {found.sigma} m>"
+
+    def _told(self) -> "Fit":
+        """Itself, with a warning to the caller's caller where it is not to be used."""
+        if (action := self.action()).kind == DO_NOT_USE:
+            warnings.warn(action.text, stacklevel=3)
+        return self
 
     @property
     def solution(self) -> Solution:
         """The result."""
         found = zip(self._numbers("parameter_value").tolist(), self._numbers("parameter_sigma").tolist())
-        return self._values(Solution, parameters=dict(zip(self._text("parameter_names").splitlines(), found)),
+        return self._values(Solution, action=self.action(), parameters=dict(zip(self._text("parameter_names").splitlines(), found)),
                             warnings=self._text("warnings").splitlines())
 
     @property
@@ -249,7 +269,7 @@ class Action:
     Attributes
     ----------
     kind : int
-        1 trim, 2 leave, 3 calibrate again, 4 do not use.
+        1 trim, 2 leave, 3 calibrate again, 4 do not use, 5 not tested: the options leave the tests out.
     sigma : ndarray, (3,)
         That it rests on, m: that of the solution, what belongs to stated errors, and to other torques than the rods'.
     trim, again : ndarray, (3,)
@@ -376,10 +396,13 @@ class Observations(_WithOptions):
             Position (n, 3), inertial, m.
         """
         star_camera = star_camera if star_camera is not None else ((), (), ())
-        if len(star_camera) != 3:
-            raise ValueError("star_camera: expected times, heads and quaternions")
         magnetometer = magnetometer if magnetometer is not None else ((), ())
         orbit = orbit if orbit is not None else ((), ())
+        for name, given, parts in (("accelerometer", accelerometer, "times, accelerations"),
+                                   ("star_camera", star_camera, "times, heads, quaternions"),
+                                   ("magnetometer", magnetometer, "times, flux densities"), ("orbit", orbit, "times, positions")):
+            if len(given) != len(parts.split(",")):
+                raise ValueError(f"{name}: expected {parts}, not {len(given)} arrays")
         heads = np.ascontiguousarray(star_camera[1], dtype=np.int32)
         if not np.array_equal(heads, star_camera[1]):
             raise ValueError("star_camera: its second array has the numbers of the heads, integers")
@@ -392,7 +415,7 @@ class Observations(_WithOptions):
             if any(len(array) != n for array in arrays):
                 raise ValueError(f"arrays of {', '.join(str(len(array)) for array in arrays)} rows")
             arguments += [n, *(pointer(array) for array in arrays)]
-        return cls._made("observations_create", setup._handle, *arguments)
+        return cls._made("observations_create", Setup._of(setup), *arguments)
 
     def __reduce__(self) -> Any:
         with tempfile.TemporaryDirectory() as folder:
@@ -434,21 +457,26 @@ class Observations(_WithOptions):
         """Times (n,), s, and positions (n, 3), inertial, m."""
         return self._numbers("orbit_time"), self._numbers("orbit_position", -1, 3)
 
-    def fit(self, algorithm: str = "optimal") -> Fit:
-        """An estimate with residuals, partials, covariances, tests and the running estimate."""
-        return Fit(algorithm, self)
+    def fit(self, algorithm: str = "optimal", options: Options | None = None) -> Fit:
+        """An estimate by one of `algorithms` with residuals, partials, covariances, tests and the running estimate.
 
-    def beliefs(self, algorithm: str = "optimal") -> Beliefs:
+        As everywhere, `options` take the place of those of this set for the call. What is not to be used is there for an
+        examination; a Python warning says so.
+        """
+        return Fit(algorithm, self._with(options))._told()
+
+    def beliefs(self, algorithm: str = "optimal", options: Options | None = None) -> Beliefs:
         """Estimates, and tells what the data say of rods, inertia, instruments and noise."""
-        return self.fit(algorithm).beliefs()
+        return Fit(algorithm, self._with(options)).beliefs()
 
     def estimate(self, algorithm: str = "optimal", options: Options | None = None) -> Solution:
-        """The offset by one of `algorithms`, with the options of this set or those that are given."""
-        return (self if options is None else self.with_options(options)).fit(algorithm).solution
+        """The result alone of `fit`."""
+        return Fit(algorithm, self._with(options))._told().solution
 
-    def estimate_chain(self, arc: float = 60.0, threads: int = 1) -> "Chain":
-        """One offset of a long set, by "optimal" with the options of this set, in arcs of `arc` seconds at most."""
-        found = Handle("estimate_chain", self._handle, arc, threads)
+    def estimate_chain(self, arc: float = 60.0, threads: int = 1, options: Options | None = None) -> "Chain":
+        """One offset of a long set, by "optimal", in arcs of `arc` seconds at most."""
+        chosen = self._with(options)
+        found = Handle("estimate_chain", chosen._handle, arc, threads)
         return found._values(Chain, warnings=found._text("warnings").splitlines())
 
 
@@ -546,7 +574,7 @@ class LiveEstimate(Handle):
     """
 
     def __init__(self, setup: Setup, quaternion: ArrayLike, angular_velocity: ArrayLike, wave_frequency: float = 0.0) -> None:
-        super().__init__("live_begin", setup._handle, pointer(exactly(quaternion, 4)), pointer(exactly(angular_velocity, 3)),
+        super().__init__("live_begin", Setup._of(setup), pointer(exactly(quaternion, 4)), pointer(exactly(angular_velocity, 3)),
                          wave_frequency)
         self._again = None      # what has been added is not known
 
@@ -583,7 +611,8 @@ class LiveEstimate(Handle):
         return self._values(LiveOffset)
 
 
-def estimate_joint(observations: Sequence[Observations]) -> Joint:
-    """One offset from several observation sets, by "optimal" with the options of each."""
-    handles = ffi.new("gracecg_object *[]", [one._handle for one in observations])
+def estimate_joint(observations: Sequence[Observations], options: Options | None = None) -> Joint:
+    """One offset from several observation sets, by "optimal" with the options of each, or those that are given."""
+    sets = [one if options is None else one.with_options(options) for one in observations]
+    handles = ffi.new("gracecg_object *[]", [Observations._of(one) for one in sets])
     return Handle("estimate_joint", len(observations), handles)._values(Joint)

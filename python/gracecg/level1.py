@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import Handle, array, exactly, ffi, numbers, pointer
+from ._library import NOT_USABLE, Handle, array, exactly, ffi, numbers, pointer
 
 Array = NDArray[np.float64]
 
@@ -131,5 +132,7 @@ def estimate_level1(folder: str | os.PathLike[str], setup: str | os.PathLike[str
 
     pairs = numbers([] if spans is None else spans, 2)
     found = Handle("level1_estimate", os.fsencode(folder), os.fsencode(setup), given(satellite), given(day), len(pairs),
-                   pointer(pairs))
+                   pointer(pairs), allowed=[NOT_USABLE])
+    if found._number("flag") == 2:
+        warnings.warn("do not use: " + found._text("text").splitlines()[0], stacklevel=2)
     return found._values(Level1Offset, text=found._text("text"))

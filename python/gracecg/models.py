@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import Handle, alike, call, exactly, ffi, numbers, pointer, spread
+from ._library import Handle, alike, call, exactly, ffi, numbers, pointer, spread, text, text_of
 
 Array = NDArray[np.float64]
 
@@ -44,11 +44,28 @@ class Utc:
             seconds = np.datetime64(when).astype("datetime64[s]")
             when = str(seconds if seconds == when else when)
         utc = ffi.new("gracecg_utc *")
-        call("utc_parse", when.encode(), utc)
+        call("utc_parse", text(when, "time"), utc)
         return cls(utc.mjd, utc.seconds)
 
     def _c(self):
         return ffi.new("gracecg_utc *", {"mjd": self.mjd, "seconds": self.seconds})
+
+    def __str__(self) -> str:
+        buffer = ffi.new("char[32]")
+        call("utc_text", self._c(), buffer, len(buffer), ffi.NULL)
+        return text_of(buffer)
+
+    def plus(self, seconds: float) -> "Utc":
+        """So many SI seconds later, leap seconds counted; seconds of GPS count from 1980-01-06."""
+        later = ffi.new("gracecg_utc *")
+        call("utc_plus", self._c(), seconds, later)
+        return Utc(later.mjd, later.seconds)
+
+    def since(self, other: "When") -> float:
+        """SI seconds from another time to this one."""
+        seconds = ffi.new("double *")
+        call("utc_difference", Utc.of(other)._c(), self._c(), seconds)
+        return seconds[0]
 
     def sidereal_angle(self, ut1_minus_utc: float = 0.0) -> float:
         """Greenwich mean sidereal time (IAU 1982), rad; UT1-UTC in s."""
@@ -196,10 +213,10 @@ class Density(Handle):
         if date is not None and (f107 is not None or f107_mean is not None or kp is not None):
             raise ValueError("a date takes F10.7 and Kp from the table: give it, or f107, f107_mean and kp, not both")
         if date is not None:
-            super().__init__("density_open", name.encode(), Utc.of(date)._c(), ffi.NULL)
+            super().__init__("density_open", text(name, "name"), Utc.of(date)._c(), ffi.NULL)
         elif f107 is not None:
             indices = exactly([f107, f107 if f107_mean is None else f107_mean, 2.0 if kp is None else kp], 3)
-            super().__init__("density_open", name.encode(), ffi.NULL, pointer(indices))
+            super().__init__("density_open", text(name, "name"), ffi.NULL, pointer(indices))
         else:
             raise ValueError("give a date, or f107 (with f107_mean and kp)")
 
@@ -229,11 +246,11 @@ class Wind(Handle):
 
 
 def sun_position(epoch: When, seconds: ArrayLike = 0.0) -> Array:
-    """The Sun (n, 3), m, inertial, from the Earth's centre, `seconds` (n,) after the epoch."""
+    """The Sun (n, 3), m, inertial, from the Earth's centre, `seconds` (n,) after the epoch; (3,) at one time."""
     times = np.atleast_1d(np.ascontiguousarray(seconds, dtype=np.float64))
     position = np.empty((len(times), 3))
     call("sun_position", Utc.of(epoch)._c(), len(times), pointer(times), pointer(position))
-    return position
+    return position if np.ndim(seconds) else position[0]
 
 
 def sun_illumination(position: ArrayLike, sun: ArrayLike) -> Array:
@@ -259,7 +276,7 @@ class EarthRadiation(Handle):
     """
 
     def __init__(self, constants: str = "knocke", rings: int = 2, solar_irradiance: float = 1367.0) -> None:
-        super().__init__("earth_radiation_open", constants.encode(), rings, solar_irradiance)
+        super().__init__("earth_radiation_open", text(constants, "constants"), rings, solar_irradiance)
 
     def flux(self, epoch: When, position: ArrayLike, seconds: ArrayLike = 0.0) -> Array:
         """Net flux (n, 3), W/m^2, inertial, away from the Earth, at inertial positions (n, 3), m."""

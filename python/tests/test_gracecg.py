@@ -53,6 +53,9 @@ def test_every_function_of_the_header_is_there():
 def test_time():
     assert gracecg.Utc.of("2016-12-31T23:59:60").seconds == 86400.0        # a leap second
     assert gracecg.Utc.of("1989-01-02").mjd == 47528
+    late = gracecg.Utc.of("2016-12-31T23:59:59.5").plus(1.0)
+    assert str(late) == "2016-12-31T23:59:60.5" and late.since("2016-12-31") == 86400.5
+    assert str(gracecg.Utc.of("1980-01-06").plus(1e9)) == "2011-09-14T01:46:25"      # GPS week 1653, 265600 s
 
 
 def test_live_estimate(case, observations):
@@ -105,6 +108,7 @@ def test_models():
     assert np.all(air.density > 0) and air.number_density.shape == (2, 3)
     assert gracecg.Wind().evaluate("1989-01-02", POSITION).shape == (2, 2)
     sun = gracecg.sun_position(np.datetime64("1989-01-02T00:00"), [0.0, 86400.0])
+    assert sun.shape == (2, 3) and gracecg.sun_position("1989-01-02").shape == (3,)
     assert gracecg.Utc.of(np.datetime64("2050-01", "M")).mjd == 69807
     assert gracecg.Utc.of(np.datetime64("1989-01-02T00:00:00.5")).seconds == 0.5
     assert np.allclose(np.linalg.norm(sun, axis=1), 1.471e11, rtol=2e-3)     # perihelion
@@ -199,6 +203,15 @@ def test_misuse(tmp_path, case):
         gracecg.Gravity(tmp_path / "none.gfc")
     with pytest.raises(ValueError, match="steps = -1"):
         case.force_model().propagate(np.zeros(13), 1.0, -1)
+    for call, match in ((lambda: gracecg.ForceModel("front-3"), "class Case is expected, not 'front-3'"),
+                        (lambda: case.simulator().observe().estimate(None), "algorithm: a text is expected"),
+                        (lambda: gracecg.estimate_joint([case]), "class Observations")):
+        with pytest.raises(TypeError, match=match):
+            call()
+    setup = case.simulator().observe().setup
+    with pytest.raises(ValueError, match="accelerometer: expected times, accelerations"):
+        gracecg.Observations.from_arrays(setup, ([0.1],))
+    assert len(set(dir(gracecg))) == len(dir(gracecg)) and "Any" not in dir(gracecg) and "plot" in dir(gracecg)
     day = gracecg.Utc.of("2020-01-01")
     assert gracecg.Utc.of(datetime.date(2020, 1, 1)) == day
     space = {}
@@ -209,9 +222,29 @@ def test_misuse(tmp_path, case):
 def test_action(observations):
     fit = observations.fit("optimal")
     action = fit.action()
-    assert gracecg.Action is type(action) and action.kind in (1, 2, 3, 4) and action.text == fit._text("action")
+    assert repr(fit).startswith("<Fit: " + action.text)
+    assert gracecg.Action is type(action) and action.kind in (1, 2, 3) and action.text == fit._text("action")
     assert np.all(action.sigma >= fit.solution.sigma)
     assert np.all((action.trim == 1) <= (action.kind == 1)) and np.all((action.again == 1) | (action.again == 0))
+
+
+def test_what_is_not_to_be_used_says_so(observations):
+    times, field = observations.magnetometer
+    halved = gracecg.Observations.from_arrays(observations.setup, observations.accelerometer, observations.star_camera,
+                                              (times, field / 2), observations.orbit)
+    with pytest.warns(UserWarning, match="do not use: the data contradict"):
+        assert halved.estimate("assest-fde").action.kind == 4
+
+
+def test_options_of_a_call(case, observations):
+    untested = {"estimation": {"test_beliefs": False}}
+    assert observations.estimate("assest-fde", untested).action.kind == observations.fit("assest-fde", untested).action().kind == 5
+    with pytest.raises(gracecg.GracecgError, match="the options leave out the tests"):
+        observations.beliefs("assest-fde", untested)
+    assert gracecg.monte_carlo(case, "assest-fde", runs=1, options=untested).converged.all()
+    fixed = {"optimal": {"estimate_within_limits": False}}
+    assert np.all(gracecg.estimate_joint([observations], fixed).covariance.diagonal() < observations.estimate().sigma**2)
+    assert observations.estimate_chain(20.0, options=fixed).arcs == 3
 
 
 def test_earth_orientation_goes_half_a_day():

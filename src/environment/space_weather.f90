@@ -56,8 +56,8 @@ module gracecg_environment_space_weather
     integer, parameter :: GFZ_COLUMNS = 28, GFZ_FIRST_KP = 8, GFZ_F107 = 26
     integer, parameter :: MEAN_DAYS = 40    !! Before and after a day, of its mean over 81
     integer, parameter :: DAYS_NEEDED = 73  !! Of the 81, where single days have no flux
-    character(*), parameter :: REMEDY = 'give f107, f107_mean and kp (in a case file: space_weather = ''given''), or a table '// &
-        'of that time as SW-All.csv of CelesTrak (space_weather = ''file'' and space_weather_file)'
+    character(*), parameter :: REMEDY = 'give f107, f107_mean and kp; in a case file by space_weather = ''given'', or by '// &
+        'space_weather = ''file'' and space_weather_file a table of that time as SW-All.csv of CelesTrak'
     real(dp), parameter :: NONE = 0         !! In the place of a mean that cannot be formed
 
 contains

@@ -3,7 +3,8 @@
 !> the same name.
 module gracecg_interface_c_functions
     use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int32_t, c_intptr_t, c_size_t
-    use gracecg, only: build_dynamics, conical_shadow, error_t, gmst_1982, parse_utc, utc_t
+    use gracecg, only: build_dynamics, conical_shadow, error_t, gmst_1982, parse_utc, seconds_between, utc_plus, &
+        utc_t, utc_text
     use gracecg_base_kinds, only: dp, i8
     use gracecg_interface_arguments, only: c_utc_t, check_attitudes, check_count, check_integer, check_number, &
         check_numbers, check_positions, check_result, check_results, check_state_vector, give_numbers, give_text, &
@@ -32,7 +33,8 @@ module gracecg_interface_c_functions
     public :: c_force_model_open, c_force_model_propagate, c_get, c_get_text, c_gravity_evaluate, c_gravity_open
     public :: c_live_add, c_live_begin, c_map, c_observations_create, c_observations_open, c_observations_write
     public :: c_options_replace, c_setup_from, c_setup_open, c_sidereal_angle, c_simulate, c_simulator_open
-    public :: c_sun_illumination, c_sun_position, c_utc_parse, c_wind_evaluate, c_wind_open
+    public :: c_sun_illumination, c_sun_position, c_utc_difference, c_utc_parse, c_utc_plus, c_utc_text
+    public :: c_wind_evaluate, c_wind_open
 
 contains
 
@@ -117,6 +119,71 @@ contains
         if (outcome%good()) utc = c_utc_t(utc_found%mjd, utc_found%seconds)
         status = reported(outcome, error)
     end function c_utc_parse
+
+    !> gracecg_utc_text
+    function c_utc_text(utc, text, size, length, error) result(status) bind(c, name='gracecg_utc_text')
+        type(c_utc_t), intent(in), optional :: utc
+        character(kind=c_char), intent(inout), optional :: text(*)
+        integer(c_size_t), intent(in), value :: size
+        integer(c_size_t), intent(inout), optional :: length
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        type(outcome_t) :: outcome
+        type(utc_t), allocatable :: utc_in
+        character(:), allocatable :: text_found
+
+        call take_time(utc, 'utc', .true., utc_in, outcome)
+        if (outcome%good()) then
+            text_found = utc_text(utc_in)
+        end if
+        call give_text(text_found, text, size, length, outcome)
+        status = reported(outcome, error)
+    end function c_utc_text
+
+    !> gracecg_utc_plus
+    function c_utc_plus(utc, seconds, later, error) result(status) bind(c, name='gracecg_utc_plus')
+        type(c_utc_t), intent(in), optional :: utc
+        real(c_double), intent(in), value :: seconds
+        type(c_utc_t), intent(inout), optional :: later
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        type(outcome_t) :: outcome
+        type(utc_t), allocatable :: utc_in
+        type(utc_t) :: later_found
+
+        call take_time(utc, 'utc', .true., utc_in, outcome)
+        call check_number(seconds, 'seconds', outcome, low=-9000000000.0_dp, high=9000000000.0_dp)
+        call need(present(later), 'later', outcome)
+        if (outcome%good()) then
+            later_found = utc_plus(utc_in, seconds)
+        end if
+        if (outcome%good()) later = c_utc_t(later_found%mjd, later_found%seconds)
+        status = reported(outcome, error)
+    end function c_utc_plus
+
+    !> gracecg_utc_difference
+    function c_utc_difference(start, finish, seconds, error) result(status) bind(c, name='gracecg_utc_difference')
+        type(c_utc_t), intent(in), optional :: start
+        type(c_utc_t), intent(in), optional :: finish
+        real(c_double), intent(inout), optional :: seconds
+        type(c_error_t), intent(inout), optional :: error
+        integer(c_int) :: status
+
+        type(outcome_t) :: outcome
+        type(utc_t), allocatable :: start_in
+        type(utc_t), allocatable :: finish_in
+
+        call take_time(start, 'start', .true., start_in, outcome)
+        call take_time(finish, 'finish', .true., finish_in, outcome)
+        call need(present(seconds), 'seconds', outcome)
+        if (outcome%good()) then
+            seconds = seconds_between(start_in, finish_in)
+        end if
+        call check_result(seconds, 'seconds', outcome)
+        status = reported(outcome, error)
+    end function c_utc_difference
 
     !> gracecg_sidereal_angle
     function c_sidereal_angle(utc, ut1_minus_utc, angle, error) result(status) bind(c, name='gracecg_sidereal_angle')

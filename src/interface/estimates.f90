@@ -2,18 +2,18 @@
 !> include/gracecg.h.
 module gracecg_interface_estimates
     use, intrinsic :: iso_c_binding, only: c_intptr_t
-    use gracecg, only: dp, error_t, operator_knowledge_t, solution_t, estimate_offset, fit_record_t, fit_diagnostics_t, diagnose, &
-        verdict_t, judge, joint_run_t, joint_options_t, &
+    use gracecg, only: dp, error_t, solution_t, estimate_offset, fit_record_t, fit_diagnostics_t, diagnose, &
+        verdict_t, judge, DO_NOT_USE, joint_run_t, joint_options_t, &
         joint_solution_t, run_from_observations, estimate_runs, arc_chain_t, USUAL_ARC, estimate_in_arcs => estimate_chain
     use gracecg_base_error, only: add_context, fail
     use gracecg_base_kinds, only: i8
     use gracecg_base_text, only: integer_text
     use gracecg_environment_time, only: time_tag
     use gracecg_estimation_belief_report, only: CONTRADICTED, UNTESTED
-    use gracecg_estimation_belief_words, only: say_contradiction, say_untested
+    use gracecg_estimation_belief_words, only: say_contradiction, say_untested, say_failed_tests
     use gracecg_interface_handles, only: object_t, acquire, release
     use gracecg_interface_items, only: items_t, lines_of, LIST
-    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE, STATUS_NOT_CONVERGED
+    use gracecg_interface_outcome, only: outcome_t, leaves_object, STATUS_BAD_VALUE, STATUS_NOT_CONVERGED, STATUS_NOT_USABLE
     use gracecg_interface_general, only: refuse_handle
     use gracecg_interface_observations, only: observations_object_t
     implicit none
@@ -24,7 +24,9 @@ module gracecg_interface_estimates
     type, extends(object_t) :: fit_object_t
         type(solution_t) :: solution                    !! The result
         type(fit_record_t) :: record                    !! Series and covariances
-        type(operator_knowledge_t) :: knowledge         !! Of the observations
+        type(fit_diagnostics_t) :: tests                !! Of both
+        type(verdict_t) :: verdict                      !! On all
+        type(error_t), allocatable :: untested          !! Why there are no tests
     contains
         procedure :: tell => tell_fit                   !! Puts its items
     end type fit_object_t
@@ -54,7 +56,6 @@ contains
 
         type(error_t), allocatable :: failure
 
-        made%knowledge = observations%set%knowledge
         call estimate_offset(algorithm, observations%set, observations%options, made%solution, failure, made%record)
         call outcome%take(failure)
         associate (solution => made%solution)
@@ -64,6 +65,12 @@ contains
                                     integer_text(solution%iterations)//' iterations: the offset is not to be relied upon; '// &
                                     'check guess_quaternion and guess_angular_velocity of its options')
         end associate
+        if (.not. leaves_object(outcome%status)) return
+        call diagnose(observations%set%knowledge, made%solution, made%record, made%tests, made%untested)
+        call outcome%take(made%untested, STATUS_NOT_USABLE)
+        if (allocated(made%untested)) return
+        made%verdict = judge(observations%set%knowledge, made%solution, made%record, made%tests)
+        if (made%verdict%action%kind == DO_NOT_USE) call outcome%refuse(STATUS_NOT_USABLE, made%verdict%action%text)
     end subroutine estimate
 
     subroutine require_finite(values, outcome)
@@ -163,35 +170,34 @@ contains
         class(fit_object_t), intent(in) :: fit
         type(items_t), intent(inout) :: items
 
-        type(fit_diagnostics_t) :: found
-        type(verdict_t) :: verdict
-
-        call diagnose(fit%knowledge, fit%solution, fit%record, found, items%failure)
-        call add_context(items%failure, 'tests of the fit')
-        if (allocated(items%failure)) return
-        call items%put('test_torque_factor', fit%record%torque_factor)
-        call items%put('test_torque_sigma', fit%record%torque_sigma)
-        call items%put('test_attitude_misfit', fit%record%attitude_misfit)
-        call items%put('test_rms', found%residuals%rms)
-        call items%put('test_expected_rms', found%residuals%expected_rms)
-        call items%put('test_ratio', found%residuals%ratio)
-        call items%put('test_ratio_sigma', found%residuals%ratio_sigma)
-        call items%put('test_probability', found%residuals%probability)
-        call items%put('test_worst', found%residuals%worst)
-        call items%put('test_worst_time', found%residuals%worst_time)
-        call items%put('test_peak_frequency', found%residuals%peak_frequency)
-        call items%put('test_peak_ratio', found%residuals%peak_ratio)
-        call items%put('test_bound', found%bound)
-        call items%put('test_information_share', found%information_share)
-        call items%put('test_source_share', found%source_share)
-        call items%put('test_semi_axis', found%ellipsoid%semi_axis)
-        call items%put('test_direction', found%ellipsoid%direction)
-        verdict = judge(fit%knowledge, fit%solution, fit%record, found)
-        call items%say('action', verdict%action%text)
-        call items%put('action_sigma', verdict%action%sigma)
-        call items%put('action_kind', real(verdict%action%kind, dp))
-        call items%put('action_trim', merge(1.0_dp, 0.0_dp, verdict%action%trimmed))
-        call items%put('action_again', merge(1.0_dp, 0.0_dp, verdict%action%again))
+        if (allocated(fit%untested)) then
+            call fail(items%failure, 'tests of the fit: '//fit%untested%message)
+            return
+        end if
+        associate (found => fit%tests, action => fit%verdict%action)
+            call items%put('test_torque_factor', fit%record%torque_factor)
+            call items%put('test_torque_sigma', fit%record%torque_sigma)
+            call items%put('test_attitude_misfit', fit%record%attitude_misfit)
+            call items%put('test_rms', found%residuals%rms)
+            call items%put('test_expected_rms', found%residuals%expected_rms)
+            call items%put('test_ratio', found%residuals%ratio)
+            call items%put('test_ratio_sigma', found%residuals%ratio_sigma)
+            call items%put('test_probability', found%residuals%probability)
+            call items%put('test_worst', found%residuals%worst)
+            call items%put('test_worst_time', found%residuals%worst_time)
+            call items%put('test_peak_frequency', found%residuals%peak_frequency)
+            call items%put('test_peak_ratio', found%residuals%peak_ratio)
+            call items%put('test_bound', found%bound)
+            call items%put('test_information_share', found%information_share)
+            call items%put('test_source_share', found%source_share)
+            call items%put('test_semi_axis', found%ellipsoid%semi_axis)
+            call items%put('test_direction', found%ellipsoid%direction)
+            call items%say('action', action%text)
+            call items%put('action_sigma', action%sigma)
+            call items%put('action_kind', real(action%kind, dp))
+            call items%put('action_trim', merge(1.0_dp, 0.0_dp, action%trimmed))
+            call items%put('action_again', merge(1.0_dp, 0.0_dp, action%again))
+        end associate
     end subroutine tell_tests
 
     subroutine tell_beliefs(solution, items)
@@ -201,7 +207,10 @@ contains
         character(:), allocatable :: text
 
         if (.not. allocated(solution%beliefs)) then
-            if (.not. items%asks(LIST)) call fail(items%failure, 'what the setup says could not be tested')
+            if (items%asks(LIST)) return
+            call say_failed_tests(solution%warnings, text)
+            if (text == '') text = 'the options leave out the tests of what the setup says (test_beliefs, covariance)'
+            call fail(items%failure, text)
             return
         end if
         associate (report => solution%beliefs)

@@ -255,6 +255,68 @@ subroutine gcutc(text, mjd, sec, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcutc
 
+!> The time T seconds later, leap seconds counted.
+subroutine gcutcp(mjd, sec, t, mjd2, sec2, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_arguments, only: c_utc_t
+    use gracecg_interface_c_functions, only: c_utc_plus
+    use gracecg_interface_f77_support, only: finish
+    use gracecg_interface_outcome, only: c_error_t
+    implicit none
+    integer, intent(in) :: mjd
+    !! Modified Julian day number, UTC
+    real(dp), intent(in) :: sec
+    !! s of the day
+    real(dp), intent(in) :: t
+    !! `seconds` of gracecg_utc_plus
+    integer, intent(inout) :: mjd2
+    !! Modified Julian day number, UTC
+    real(dp), intent(inout) :: sec2
+    !! s of the day
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_utc_t) :: utc
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    utc = c_utc_t(0, 0.0_dp)
+    status = c_utc_plus(utc=c_utc_t(mjd, sec), seconds=t, later=utc, error=error)
+    mjd2 = utc%mjd
+    sec2 = utc%seconds
+    call finish(status, error, istat, msg)
+end subroutine gcutcp
+
+!> T seconds from the first time to the second, leap seconds counted.
+subroutine gcutcd(mjd, sec, mjd2, sec2, t, istat, msg)
+    use, intrinsic :: iso_c_binding, only: c_int
+    use gracecg_base_kinds, only: dp
+    use gracecg_interface_arguments, only: c_utc_t
+    use gracecg_interface_c_functions, only: c_utc_difference
+    use gracecg_interface_f77_support, only: finish
+    use gracecg_interface_outcome, only: c_error_t
+    implicit none
+    integer, intent(in) :: mjd
+    !! Modified Julian day number, UTC
+    real(dp), intent(in) :: sec
+    !! s of the day
+    integer, intent(in) :: mjd2
+    !! Modified Julian day number, UTC
+    real(dp), intent(in) :: sec2
+    !! s of the day
+    real(dp), intent(inout) :: t
+    !! `seconds` of gracecg_utc_difference
+    integer, intent(out) :: istat
+    character(*), intent(inout) :: msg
+
+    type(c_error_t) :: error
+    integer(c_int) :: status
+
+    status = c_utc_difference(start=c_utc_t(mjd, sec), finish=c_utc_t(mjd2, sec2), seconds=t, error=error)
+    call finish(status, error, istat, msg)
+end subroutine gcutcd
+
 !> Greenwich mean sidereal time, rad; DUT1 = UT1-UTC, s.
 subroutine gcgmst(mjd, sec, dut1, theta, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int
@@ -1152,7 +1214,7 @@ subroutine gcsetm(iset, n, t, xm, isetm, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcsetm
 
-!> Observation set from arrays.
+!> Observation set from arrays; TA multiples of the setup's interval, within 1 %.
 subroutine gcobsc(iset, na, ta, a, ns, ts, ihead, q, nm, tm, b, no, to, xo, iobs, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_size_t
     use gracecg_base_kinds, only: dp
@@ -1430,8 +1492,8 @@ subroutine gcrunn(iobs, nmax, n, t, d, sig, istat, msg)
     call finish(status, error, istat, msg)
 end subroutine gcrunn
 
-!> What to do: KIND 1 trim, 2 leave, 3 calibrate again, 4 do not use; by axis, 1: to be moved by d, 1: to be
-!> calibrated again. MSG holds the line that says so.
+!> What to do: KIND 1 trim, 2 leave, 3 calibrate again, 4 do not use, 5 not tested; by axis, 1: to be moved by d, 1:
+!> to be calibrated again. MSG holds the line that says so.
 subroutine gcact(algo, iobs, kind, trim, again, istat, msg)
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
     use gracecg_base_kinds, only: dp
@@ -1444,7 +1506,8 @@ subroutine gcact(algo, iobs, kind, trim, again, istat, msg)
     integer, intent(in) :: iobs
     !! `observations` of gracecg_estimate
     integer, intent(inout) :: kind
-    !! Item action_kind: 1 trim, 2 leave, 3 calibrate again, 4 do not use
+    !! Item action_kind: 1 trim, 2 leave, 3 calibrate again, 4 do not use, 5 not tested: the options leave the tests
+    !! out
     real(dp), intent(inout) :: trim(3)
     !! Item action_trim: 1: the centre of mass is to be moved by d along this axis
     real(dp), intent(inout) :: again(3)

@@ -5,7 +5,7 @@
 module gracecg_interface_f77_support
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char, c_size_t
     use gracecg_base_kinds, only: dp
-    use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, MESSAGE_SIZE, STATUS_OK, STATUS_NOT_CONVERGED
+    use gracecg_interface_outcome, only: c_error_t, outcome_t, reported, MESSAGE_SIZE, STATUS_OK, leaves_object
     use gracecg_interface_general, only: c_free
     use gracecg_interface_c_functions, only: c_get, c_get_text
     implicit none
@@ -86,7 +86,7 @@ contains
         type(c_error_t) :: failure
         integer(c_int) :: fetched
 
-        if (.not. can_be_asked(status)) return
+        if (.not. leaves_object(status)) return
         fetched = c_get(handle, c_text(item), int(n, c_size_t), values, error=failure)
         call take_over(fetched, failure, status, error)
     end subroutine fetch
@@ -104,19 +104,12 @@ contains
         integer(c_int) :: fetched
         integer(c_size_t) :: count
 
-        if (.not. can_be_asked(status)) return
+        if (.not. leaves_object(status)) return
         count = 0
         fetched = c_get(handle, c_text(item), 0_c_size_t, count=count, error=failure)
         call take_over(fetched, failure, status, error)
         if (fetched == STATUS_OK) columns = int(count)/rows
     end subroutine fetch_count
-
-    !> Whether there is an object to be asked: also an estimate that did not converge is one.
-    pure logical function can_be_asked(status)
-        integer(c_int), intent(in) :: status            !! A gracecg_status
-
-        can_be_asked = status == STATUS_OK .or. status == STATUS_NOT_CONVERGED
-    end function can_be_asked
 
     !> A failure of fetching takes the place of what was before it; a success leaves that.
     subroutine take_over(fetched, failure, status, error)

@@ -7,7 +7,7 @@ module gracecg_interface_general
     use gracecg_simulation_report_cases, only: CASE_NAMES => REPORT_CASE_NAMES
     use gracecg_estimation_estimators, only: ESTIMATOR_NAMES
     use gracecg_interface_handles, only: object_t, store, remove, MAX_OBJECTS
-    use gracecg_interface_outcome, only: outcome_t, c_error_t, reported, STATUS_OK, STATUS_BAD_HANDLE, STATUS_NOT_CONVERGED, &
+    use gracecg_interface_outcome, only: outcome_t, c_error_t, reported, leaves_object, STATUS_OK, STATUS_BAD_HANDLE, &
         STATUS_NO_MEMORY
     use gracecg_interface_arguments, only: need, take_text, LONGEST_NAME
     use gracecg_interface_items, only: items_t
@@ -18,12 +18,12 @@ module gracecg_interface_general
 
     integer(c_int32_t), parameter :: INTERFACE_VERSION = 1      !! GRACECG_INTERFACE_VERSION
     integer, parameter :: NAME_SIZE = 32            !! Bytes of a constant text with its closing zero
-    integer(c_int), parameter :: LAST_STATUS = 7
+    integer(c_int), parameter :: LAST_STATUS = 8
     character(NAME_SIZE), parameter :: STATUS_TEXTS(0:LAST_STATUS + 1) = [character(NAME_SIZE) :: &
         'success'//c_null_char, 'a needed argument is NULL'//c_null_char, &
         'not a valid handle'//c_null_char, 'wrong size'//c_null_char, &
         'a value is not allowed'//c_null_char, 'the work failed'//c_null_char, &
-        'not converged'//c_null_char, 'no memory'//c_null_char, 'unknown status'//c_null_char]
+        'not converged'//c_null_char, 'no memory'//c_null_char, 'not to be used'//c_null_char, 'unknown status'//c_null_char]
     integer :: k
     ! Constant texts that callers point to: never changed, so that threads may read them
     character(NAME_SIZE), save, target :: version_text = LIBRARY_VERSION//c_null_char
@@ -140,7 +140,7 @@ contains
 
         if (.not. associated(object)) return
         number = 0
-        if (outcome%status == STATUS_OK .or. outcome%status == STATUS_NOT_CONVERGED) then
+        if (leaves_object(outcome%status)) then
             call store(object, number)
             if (number == 0) then
                 outcome%status = STATUS_OK

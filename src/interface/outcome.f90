@@ -8,8 +8,8 @@ module gracecg_interface_outcome
     implicit none
     private
     public :: STATUS_OK, STATUS_NULL_POINTER, STATUS_BAD_HANDLE, STATUS_BAD_SIZE, STATUS_BAD_VALUE
-    public :: STATUS_FAILED, STATUS_NOT_CONVERGED, STATUS_NO_MEMORY
-    public :: outcome_t, c_error_t, MESSAGE_SIZE, reported
+    public :: STATUS_FAILED, STATUS_NOT_CONVERGED, STATUS_NO_MEMORY, STATUS_NOT_USABLE
+    public :: outcome_t, c_error_t, MESSAGE_SIZE, reported, leaves_object
 
     integer(c_int), parameter :: STATUS_OK = 0              !! All went well
     integer(c_int), parameter :: STATUS_NULL_POINTER = 1    !! A needed argument is NULL
@@ -19,6 +19,7 @@ module gracecg_interface_outcome
     integer(c_int), parameter :: STATUS_FAILED = 5          !! The work failed
     integer(c_int), parameter :: STATUS_NOT_CONVERGED = 6   !! An estimate did not converge
     integer(c_int), parameter :: STATUS_NO_MEMORY = 7       !! Memory ran out
+    integer(c_int), parameter :: STATUS_NOT_USABLE = 8      !! An estimate was made that is not to be used
 
     integer, parameter :: MESSAGE_SIZE = 1020       !! Bytes of a message with its closing zero
 
@@ -45,6 +46,13 @@ contains
 
         good = self%status == STATUS_OK
     end function good
+
+    !> With this status an object is made, and can be asked.
+    pure logical function leaves_object(status)
+        integer(c_int), intent(in) :: status    !! A gracecg_status
+
+        leaves_object = any(status == [STATUS_OK, STATUS_NOT_CONVERGED, STATUS_NOT_USABLE])
+    end function leaves_object
 
     pure subroutine refuse(self, status, message)
         class(outcome_t), intent(inout) :: self

@@ -8,8 +8,11 @@ module test_fit_diagnostics
     use gracecg_estimation_noise_whitening, only: whitener_t, new_whitener
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics
-    use gracecg_estimation_action, only: action_t, known_offset_t, decide, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
+    use gracecg_estimation_action, only: action_t, known_offset_t, decide, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, &
+        DO_NOT_USE, NOT_TESTED
+    use gracecg_base_text, only: append
     use gracecg_estimation_belief_report, only: CONTRADICTED
+    use gracecg_estimation_belief_words, only: FAILED_TESTS
     use gracecg_estimation_verdict, only: verdict_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
     use statistics, only: Z_999
     implicit none
@@ -354,6 +357,12 @@ contains
         solution%beliefs%wanted = 1e-6_dp
         call act_on(solution, 400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'unseen could be')
+        deallocate (solution%beliefs)           ! the options left the tests out, or they failed
+        call act_on(solution, 400.0_dp, action)
+        call advises(error, action, NOT_TESTED, 0, 0, 'not tested: the options')
+        call append(solution%warnings, FAILED_TESTS//'optimal: singular')
+        call act_on(solution, 400.0_dp, action)
+        call advises(error, action, DO_NOT_USE, 0, 7, 'do not use: '//FAILED_TESTS//'optimal: singular')
         if (judgement_fails('front-3', .true., .false., verdict, solution, error)) return
         call check(error, verdict%grade, GRADE_DOUBTFUL)
         call says(error, verdict, 'Contradicted', 'nothing')
@@ -395,6 +404,10 @@ contains
         call says(error, verdict, 'Convergence', 'not converged')
         call advises(error, verdict%action, DO_NOT_USE, 0, 7, 'do not use: Convergence')
         solution%converged = .true.
+        solution%variance_factor = 500      ! a filter that follows anything has residuals that look good
+        verdict = judge(observations%knowledge, solution, record, d)
+        call advises(error, verdict%action, DO_NOT_USE, 0, 7, 'do not use: Fit: its squares are 500 times')
+        solution%variance_factor = 1
         d%residuals(2)%ratio = 21
         verdict = judge(observations%knowledge, solution, record, d)
         call says(error, verdict, 'Residuals y', 'wrong unit')

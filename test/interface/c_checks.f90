@@ -8,10 +8,11 @@ module c_checks
     private
     public :: check_ok, check_refused, check_equal, check_answer, free, simulate, simulated_set
     public :: status, failure
-    public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, HAS_FAILED, NOT_CONVERGED, NO_MEMORY, ONE, NONE, DATE, PLACE, MASS
+    public :: OK, NULL_POINTER, BAD_HANDLE, BAD_SIZE, BAD_VALUE, HAS_FAILED, NOT_CONVERGED, NO_MEMORY, NOT_USABLE, ONE, NONE
+    public :: DATE, PLACE, MASS
 
     integer(c_int), parameter :: OK = 0, NULL_POINTER = 1, BAD_HANDLE = 2, BAD_SIZE = 3, BAD_VALUE = 4
-    integer(c_int), parameter :: HAS_FAILED = 5, NOT_CONVERGED = 6, NO_MEMORY = 7
+    integer(c_int), parameter :: HAS_FAILED = 5, NOT_CONVERGED = 6, NO_MEMORY = 7, NOT_USABLE = 8
     integer(c_size_t), parameter :: ONE = 1, NONE = 0
     character(*), parameter :: DATE = '1989-01-02T00:00:00'
     real(dp), parameter :: PLACE(3) = [-1.2e6_dp, 5.3e6_dp, 4.1e6_dp]   !! m

@@ -33,7 +33,8 @@ contains
                     new_unittest('options', test_options), &
                     new_unittest('optimal-and-sequential', test_details), &
                     new_unittest('samples-not-finite', test_bad_samples), &
-                    new_unittest('not-converged', test_not_converged)]
+                    new_unittest('not-converged', test_not_converged), &
+                    new_unittest('not-to-be-used', test_not_usable)]
     end subroutine collect_c_estimates
 
     !> The samples of an observation set, and how many there are.
@@ -465,4 +466,32 @@ contains
         call check(error, fit /= 0 .and. nint(sum(item(fit, 'converged', 1))) == 0, 'a fit that did not converge')
         call free(fit, hopeless, observations)
     end subroutine test_not_converged
+
+    !> A fit that the action forbids is made, and its status says so; one whose tests the options leave out is no such fit.
+    subroutine test_not_usable(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(samples_t) :: samples
+        character(:), allocatable :: action
+        real(dp) :: number(1)
+        integer(c_intptr_t) :: observations, setup, halved, untested, fit
+
+        call simulate('front-3', 1, 1, observations)
+        call check_ok(error)
+        call take_samples(observations, samples)
+        samples%b = samples%b/2
+        status = gracecg_setup_from(observations, NONE, setup=setup, error=failure)
+        call create(setup, samples, halved)
+        call check_ok(error)
+        status = gracecg_estimate(c_string('assest-fde'), halved, fit, failure)
+        call check_refused(error, NOT_USABLE, 'do not use: the data contradict what the setup says')
+        call check(error, fit /= 0 .and. nint(sum(item(fit, 'action_kind', 1))) == 4, 'a fit that is not to be used')
+        call free(fit, halved, setup)
+        status = gracecg_options_replace(observations, c_string('&estimation test_beliefs = .false. /'), untested, failure)
+        call check_ok(error, gracecg_estimate(c_string('assest-fde'), untested, fit, failure))
+        call get_words(fit, 'action', action)
+        call check(error, nint(sum(item(fit, 'action_kind', 1))) == 5 .and. index(action, 'not tested: the options') == 1, action)
+        call check_refused(error, HAS_FAILED, 'the options leave out the tests', &
+                           gracecg_get(fit, c_string('belief_tested'), ONE, number, error=failure))
+        call free(fit, untested, observations)
+    end subroutine test_not_usable
 end module test_c_estimates

@@ -1,6 +1,6 @@
 !> The C interface to time and models, called as C calls it: the numbers are those of the Fortran API.
 module test_c_models
-    use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int32_t, c_intptr_t, c_size_t
+    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int32_t, c_intptr_t, c_size_t
     use vocabulary
     use gracecg, only: utc_t, parse_utc, utc_plus, gmst_1982, geopotential_t, egm96, igrf_t, igrf, decimal_year, dtm_t, &
         new_dtm, density_model_t, new_density_model, density_settings_t, DENSITY_MODELS, atmosphere_point_t, &
@@ -47,18 +47,26 @@ contains
                                 c_associated(gracecg_name(index=0))), 'no NULL outside')
         call check(error, text_at(gracecg_status_text(OK)), 'success')
         call check(error, text_at(gracecg_status_text(NO_MEMORY)), 'no memory')
+        call check(error, text_at(gracecg_status_text(NOT_USABLE)), 'not to be used')
         call check(error, text_at(gracecg_status_text(99)), 'unknown status')
         call check(error, text_at(gracecg_status_text(-1)), 'unknown status')
     end subroutine test_constant_texts
 
     subroutine test_time(error)
         type(error_type), allocatable, intent(out) :: error
-        type(utc_struct) :: before
+        type(utc_struct) :: before, after
+        character(kind=c_char) :: text(32)
         type(utc_t) :: time
         type(error_t), allocatable :: problem
         real(dp) :: angle
 
         call check_ok(error, gracecg_utc_parse(c_string('1989-12-31T23:59:59'), before, failure))
+        call check_ok(error, gracecg_utc_plus(before, 1.5_dp, after, failure))      ! into a leap second
+        call check_ok(error, gracecg_utc_text(after, text, size(text, kind=c_size_t), error=failure))
+        call check(error, transfer(text(:21), repeat(' ', 21)), '1989-12-31T23:59:60.5')
+        call check_ok(error, gracecg_utc_difference(before, after, angle, failure))
+        call check_equal(error, [angle], [1.5_dp], 'seconds between')
+        call check_refused(error, BAD_VALUE, 'seconds', gracecg_utc_plus(before, 1e10_dp, after, failure))
         call parse_utc(DATE, time, problem)
         status = gracecg_sidereal_angle(utc_struct(time%mjd, time%seconds), -0.1_dp, angle, failure)
         call check_equal(error, [angle], [gmst_1982(time, -0.1_dp)], 'sidereal angle')

@@ -2,7 +2,7 @@
 module test_level1_days
     use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_null_char, c_size_t
     use vocabulary
-    use c_library, only: error_struct, gracecg_level1_estimate, gracecg_free, item
+    use c_library, only: error_struct, gracecg_level1_estimate, gracecg_free, item, message_text
     use f77_interfaces, only: gcl1dy
     use gracecg_files_file, only: make_directory
     use gracecg_level1_events, only: level1_event_t, read_events, manoeuvre_spans
@@ -145,6 +145,13 @@ contains
                    all(abs(gain - item(last, 'gain', 3)) <= 0), 'Fortran 77')
         status = gracecg_free(first)
         status = gracecg_free(last)
+        ! half of the inertia: there is an estimate, not to be used
+        call make_file('l1_half.nml', '&mass_properties mass = 580, moments_of_inertia = 35, 172, 194 /'//achar(10)//'&level1 /')
+        status = gracecg_level1_estimate(DAYS, FOLDER//'l1_half.nml'//c_null_char, day='2020-02-01'//c_null_char, &
+                                         n_spans=0_c_size_t, offset=first, error=failure)
+        call check(error, status == 8 .and. first /= 0, 'flag 2: '//message_text(failure))
+        if (.not. allocated(error)) call check(error, nint(sum(item(first, 'flag', 1))), 2)
+        status = gracecg_free(first)
     end subroutine check_day_from_c
 
     !> A span longer than 900 s is left out with the reason; the others are used.

@@ -274,12 +274,7 @@ contains
             c = c + 6
         end do
         associate (asked => calibration%options%optimal)
-            gains = merge(3, 0, index(asked%also, 'rod_gain_x') > 0 .or. asked%estimate_rod_gain .and. last > 3*n)
-            if (asked%estimate_rod_gain .and. last == 3*n) then
-                case = calibration%case
-                case%satellite%rods%gain = 1.001_dp
-                call add_column(1e-3_dp)
-            end if
+            gains = merge(3, 0, index(asked%also, 'rod_gain_x') > 0 .or. asked%estimate_rod_gain)
             do k = 1, gains
                 case = calibration%case
                 case%satellite%rods%gain(k) = 1.001_dp
@@ -305,7 +300,7 @@ contains
             end do
         end do
         normal = matmul(transpose(rows(:, :c)), rows(:, :c))
-        associate (asked => calibration%options%optimal, known => calibration%case%operator%a_priori)
+        associate (known => calibration%case%operator%a_priori)
             many = calibration%case%satellite%line%number
             do k = scales + 1, c
                 axis = modulo(k - scales - 1, 3) + 1
@@ -314,7 +309,7 @@ contains
                                                1/calibration%case%satellite%line%scale_sigma(axis)**2/many
                 normal(k, k) = normal(k, k) + 1/calibration%case%satellite%line%scale_sigma(axis)**2
             end do
-            do k = scales, merge(scales - max(gains, 1) + 1, scales + 1, asked%estimate_rod_gain), -1
+            do k = scales - gains + 1, scales
                 normal(k, k) = normal(k, k) + 1/known%sigma_rod_gain**2
             end do
         end associate

@@ -6,6 +6,7 @@ module test_belief_verdicts
     use gracecg_spacecraft_torque_rods, only: new_torque_rods, rod_activation_t, SQUARE
     use gracecg_simulation_operator_errors, only: COMMON_ROD_GAIN, ROD_DIRECTION, INERTIA_ERRORS => INERTIA
     use gracecg_simulation_simulator, only: new_simulator, observe
+    use gracecg_observations_knowledge, only: operator_knowledge_t
     use gracecg_observations_parameters
     use gracecg_estimation_belief, only: apply_value, ALTERATIONS, apply_alteration
     use gracecg_base_quaternion, only: quaternion_product
@@ -15,6 +16,7 @@ module test_belief_verdicts
     use gracecg_estimation_action, only: known_offset_t, known_of
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_optimal, only: estimate_optimal
+    use gracecg_estimation_parameters, only: feels_air
     use gracecg_studies_wrong_beliefs, only: wrong_belief_t, tally_t, all_wrong_beliefs, try_wrong_beliefs, subject_of
     use belief_fixture, only: simulator_of, WAVE_NEAR_RODS
     implicit none
@@ -34,6 +36,7 @@ contains
                     new_unittest('what-does-not-converge-is-refused', test_not_converged), &
                     new_unittest('samples-belong-to-one-satellite', test_other_satellite), &
                     new_unittest('a-long-arc-is-called-long', test_long_arc), &
+                    new_unittest('the-air-is-felt-by-what-is-quiet', test_air), &
                     new_unittest('what-is-stated-limits-what-is-unseen', test_stated), &
                     new_unittest('what-is-stated-of-a-strange-field-limits-nothing', test_beside_the_fit), &
                     new_unittest('no-trim-by-a-skew-magnetometer', test_skew_magnetometer), &
@@ -204,6 +207,32 @@ contains
         call check(error, index(text, 'inertia') == 0 .and. &
                                                index(text, 'in shorter arcs (--algorithm optimal --arc 60)') > 0, text)
     end subroutine test_long_arc
+
+    !> Residuals that are no noise may be the air's forces where the accelerometer is quiet for the drag that is stated; a belief
+    !> that is farther off, or the star camera, is something else.
+    subroutine test_air(error)
+        type(error_type), allocatable, intent(out) :: error
+        type(belief_report_t) :: report
+        type(operator_knowledge_t) :: knowledge
+        character(:), allocatable :: text
+        integer :: subject
+
+        do subject = 5, 7, 2        ! star camera, colour of the accelerometer's noise
+            report = belief_report_t(feels_air=.true.)
+            call begin_report([0.0_dp, 0.0_dp, 0.0_dp], 5e-5_dp, .true., report)
+            call add_score(report, subject, 14.0_dp, 0.0_dp, .false.)
+            call finish_report(report)
+            call say_contradiction(report, text)
+            call check(error, (index(text, 'forces of the air') > 0) .eqv. subject == 7, text)
+        end do
+        report%feels_air = .false.
+        call say_contradiction(report, text)
+        call check(error, index(text, 'forces of the air') == 0, text)
+        knowledge%accelerometer_noise%level = 1e-22_dp
+        call check(error, feels_air(knowledge), 'usual drag')
+        knowledge%a_priori%drag = 1e-8_dp
+        call check(error, .not. feels_air(knowledge), 'hardly any drag')
+    end subroutine test_air
 
     !> A gain that is stated to 0.5 %, and found to 10 %: three times what is stated counts, until its score is suspicious; and
     !> again when fits do not bear the score out.

@@ -6,7 +6,7 @@ module gracecg_level1_objects
     use gracecg_level1_calibration, only: middle_of
     use gracecg_interface_handles, only: object_t
     use gracecg_interface_items, only: items_t, lines_of
-    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE
+    use gracecg_interface_outcome, only: outcome_t, STATUS_BAD_VALUE, STATUS_NOT_USABLE
     implicit none
     private
     public :: level1_object_t, level1_offset_object_t, level1_open, level1_estimate
@@ -103,6 +103,7 @@ contains
             if (.not. all(abs([first%offset, [first%covariance], rods%gain, rods%gain_sigma]) <= huge(1.0_dp))) &
                 call outcome%refuse(STATUS_BAD_VALUE, 'the estimate would be NaN or infinite')
         end associate
+        if (made%estimate%flag > 1) call outcome%refuse(STATUS_NOT_USABLE, made%estimate%action%text)
     end subroutine level1_estimate
 
     subroutine tell_estimate(self, items)

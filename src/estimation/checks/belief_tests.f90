@@ -26,7 +26,7 @@ module gracecg_estimation_belief_tests
     use gracecg_observations_parameters
     use gracecg_estimation_fitting_data, only: fitting_data_t
     use gracecg_estimation_options, only: estimation_options_t
-    use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
+    use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors, feels_air
     use gracecg_estimation_whitened_problem, only: whitened_problem_t, with_parameters, set_noise, information_matrix
     use gracecg_estimation_belief_report
     implicit none
@@ -91,6 +91,7 @@ contains
             if (fitted%data%stars%pairs > 0) call add_score(report, HEADS_APART, farthest(scores(4:)), 0.0_dp, .false.)
         end associate
         report%arc = knowledge%duration
+        report%feels_air = feels_air(knowledge)
         report%field_seen = fitted%data%field_seen
         report%field_modelled = fitted%data%field_modelled
         report%head_turn = fitted%data%stars%head_turn

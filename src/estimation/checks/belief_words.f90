@@ -3,16 +3,17 @@ module gracecg_estimation_belief_words
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
     use gracecg_base_statistics, only: order_of
-    use gracecg_base_text, only: integer_text, rounded_text
+    use gracecg_base_text, only: string_t, integer_text, rounded_text
     use gracecg_observations_parameters, only: ROD_GAIN, ROD_GAINS, belief_subject, BELIEF_UNIT, BELIEF_SIZE
     use gracecg_estimation_belief, only: ALTERATIONS
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, NOISE_SUBJECTS, OF_STAR_CAMERA, &
-        LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
+        LINES, FIELD_AGAINST_MODEL, HEADS_APART, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
-    public :: say_counts, say_contradiction, say_undetected, say_untested, is_larger_alike
+    public :: say_counts, say_contradiction, say_undetected, say_untested, say_failed_tests, is_larger_alike, FAILED_TESTS
 
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
+    character(*), parameter :: FAILED_TESTS = 'what the setup says could not be tested: '   !! A warning begins so, if so
 
 contains
 
@@ -47,6 +48,8 @@ contains
             text = text//'; '//trim(report%lost_channel)
             return
         end if
+        if (air_may_be_it(report)) text = text//'; the cause may be forces of the air, which so quiet an accelerometer feels '// &
+            'better than they are modelled: calibrate higher, or elsewhere on the orbit'
         if (size(report%explanations) == 0) then
             text = text//'; no single wrong belief of those that were tried explains them'
             return
@@ -78,6 +81,18 @@ contains
             any([(any(OF_STAR_CAMERA == report%noises(i)%subject) .and. report%noises(i)%state == CONTRADICTED, &
                   i=1, size(report%noises))])
     end function is_too_long
+
+    !> Are the residuals of an accelerometer that feels more than the model has what is farthest off?
+    pure logical function air_may_be_it(report)
+        type(belief_report_t), intent(in) :: report
+
+        air_may_be_it = .false.
+        if (.not. report%feels_air .or. size(report%noises) == 0) return
+        associate (worst => report%noises(maxloc(abs(report%noises%score), 1)))
+            air_may_be_it = all([OF_STAR_CAMERA, FIELD_AGAINST_MODEL, HEADS_APART] /= worst%subject) .and. &
+                abs(worst%score) > maxval(abs([0.0_dp, report%values%fair]))
+        end associate
+    end function air_may_be_it
 
     !> Lines in the residuals' spectra that contradict, and whether a rod has their frequency; samples that do not belong
     !> together; empty if there are none.
@@ -124,6 +139,19 @@ contains
         text = text//'the sign of the accelerometer (all its axes turned would turn d: no calibration tells; a small trim '// &
             'does, then set signs_known)'
     end subroutine say_untested
+
+    !> Why the tests that were asked for could not be made, by the warnings; empty if they were not asked for.
+    subroutine say_failed_tests(warnings, text)
+        type(string_t), intent(in) :: warnings(:)       !! Of an estimate without tests
+        character(:), allocatable, intent(out) :: text  !! Words, without a full stop
+
+        integer :: i
+
+        text = ''
+        do i = 1, size(warnings)
+            if (index(warnings(i)%text, FAILED_TESTS) == 1) text = warnings(i)%text
+        end do
+    end subroutine say_failed_tests
 
     !> The belief with the largest score.
     subroutine say_worst(report, text)

@@ -96,6 +96,7 @@ module gracecg_estimation_belief_report
         real(dp) :: wave_frequency = 0      !! Of the density wave that the fit found, Hz; 0: none
         real(dp) :: field_seen(3) = 0, field_modelled(3) = 0    !! Of the magnetometer and the model, means in body axes, T
         real(dp) :: arc = 0                 !! Its length, s; 0: not told
+        logical :: feels_air = .false.      !! The accelerometer is quieter than the model of the air's forces is good
         character(112) :: lost_channel = ''  !! Of a rod that the setup drives and that was measured to do nothing, in words
         real(dp) :: head_turn(3) = 0        !! From star-camera head 1 to head 2, body axes, rad
         type(value_test_t), allocatable :: values(:)    !! In the order of BELIEFS

@@ -33,7 +33,7 @@ module gracecg_estimation_options
         !! Scale factors and magnetometer bias, which are known within their a-priori sigmas only: so that those of
         !! the offset contain them. The bound considers them in any case
         logical :: estimate_scale_factors = .false.     !! Of the accelerometer; by the bound, too
-        logical :: estimate_rod_gain = .false.          !! A factor of all dipole moments
+        logical :: estimate_rod_gain = .false.          !! A factor of all dipole moments; of each torquer
         logical :: estimate_magnetometer_bias = .false. !! Of the flux density; by the bound, too
         character(256) :: also = ''
         !! Names of other parameters that are estimated, as in output, separated by blanks: 'rod_gain_y rod_delay'
@@ -222,7 +222,7 @@ contains
         call settings%logical_value('estimate_scale_factors', optimal%estimate_scale_factors, &
                                     'of the accelerometer, too')
         call settings%logical_value('estimate_rod_gain', optimal%estimate_rod_gain, &
-                                    'a factor of all dipole moments, too')
+                                    'a factor of all dipole moments, of each torquer one, too')
         call settings%logical_value('estimate_magnetometer_bias', optimal%estimate_magnetometer_bias, 'too')
         if (optimal%also /= '' .or. settings%holds('optimal', 'also')) then
             call settings%text_value('also', optimal%also, 'names of parameters that are estimated, too')

@@ -18,7 +18,7 @@ module gracecg_estimation_estimators
     use gracecg_estimation_optimal, only: estimate_optimal
     use gracecg_estimation_sequential, only: estimate_sequential
     use gracecg_estimation_explanation, only: explain, explain_failure, confirm_contradictions
-    use gracecg_estimation_belief_words, only: say_contradiction, is_larger_alike
+    use gracecg_estimation_belief_words, only: say_contradiction, is_larger_alike, FAILED_TESTS
     use gracecg_estimation_fit_checks, only: find_excess
     implicit none
     private
@@ -92,7 +92,7 @@ contains
                 if (allocated(error)) then
                     error%message = error%message//text
                 else
-                    call append(solution%warnings, 'what the setup says could not be tested: '//failure%message//text)
+                    call append(solution%warnings, FAILED_TESTS//failure%message//text)
                 end if
                 return
             end if

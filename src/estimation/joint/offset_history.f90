@@ -44,7 +44,7 @@ module gracecg_estimation_offset_history
         integer :: futures = 2000               !! That are drawn; 0: the future is not asked for
     end type history_settings_t
 
-    !> Masses of gas in the two tanks, at times; linear between, the last rate goes on.
+    !> What the gas of the two tanks does to the offset, at times; linear between, the last rate goes on.
     type :: tank_series_t
         type(utc_t), allocatable :: time(:)    !! UTC, ascending
         real(dp), allocatable :: shift(:, :)    !! Change of d since the first time, (3, n), m

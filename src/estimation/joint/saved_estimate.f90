@@ -84,7 +84,7 @@ contains
         call parse_utc(value, offset%time, error)
         if (allocated(error)) return
         call read_json_text(text, 'action.kind', value, ok)
-        if (value == 'do not use') then
+        if (value == 'do not use' .or. value == 'not tested') then
             call read_json_text(text, 'action.text', value, ok)
             call fail(error, 'this estimate is not to be used ('//value//'): leave it out')
             return

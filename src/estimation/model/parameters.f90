@@ -6,7 +6,7 @@ module gracecg_estimation_parameters
     use gracecg_observations_parameters
     implicit none
     private
-    public :: ALWAYS_ESTIMATED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift
+    public :: ALWAYS_ESTIMATED, OF_STATE, a_priori_sigmas, conceivable_errors, feels_lift, feels_air
 
     integer, parameter :: ALWAYS_ESTIMATED(*) = [ATTITUDE_ANGLES, RATE, TORQUE, OFFSET, DRIFT, BIAS]
     !! Parameters of every fit; `optimal` adds to them
@@ -48,10 +48,10 @@ contains
         sigmas(SCALE_FACTORS) = knowledge%a_priori%aged_scale_sigmas()
         sigmas(LINE_SCALES) = [knowledge%line%scale_sigma, knowledge%line%scale_sigma]
         sigmas(ROD_GAIN) = knowledge%a_priori%sigma_rod_gain
-        if (knowledge%line%number > 1) then     ! which see the rotation, and what makes it
-            sigmas(ROD_GAINS) = knowledge%a_priori%sigma_rod_gain
-            sigmas(TORQUE_BENDS) = knowledge%a_priori%sigma_torque
-        end if
+        associate (several => knowledge%line%number > 1)        ! they see the rotation, and what makes it
+            if (several .or. knowledge%rods%direct) sigmas(ROD_GAINS) = knowledge%a_priori%sigma_rod_gain
+            if (several) sigmas(TORQUE_BENDS) = knowledge%a_priori%sigma_torque
+        end associate
         sigmas(FIELD_BIAS) = knowledge%a_priori%sigma_magnetometer_bias
         sigmas(INERTIA) = knowledge%a_priori%sigma_inertia*minval([(knowledge%inertia(i, i), i=1, 3)])
         sigmas(TORQUE_CHANGE) = knowledge%a_priori%sigma_torque
@@ -81,11 +81,25 @@ contains
     pure logical function feels_lift(knowledge)
         type(operator_knowledge_t), intent(in) :: knowledge
 
-        associate (noise => knowledge%accelerometer_noise(2:3))
-            feels_lift = knowledge%rods%direct .or. any(noise%level > 0 .and. noise%level/merge(2, 1, noise%sides == ONE_SIDED) < &
-                             QUIET*force_size(knowledge)**2)
-        end associate
+        feels_lift = knowledge%rods%direct .or. is_quiet(knowledge, force_size(knowledge))
     end function feels_lift
+
+    !> Whether an instrument is so quiet, for the drag that is stated or else usual, that it may show more than the model of the
+    !> air's forces has.
+    pure logical function feels_air(knowledge)
+        type(operator_knowledge_t), intent(in) :: knowledge
+
+        feels_air = is_quiet(knowledge, merge(knowledge%a_priori%drag/USUAL_DRAG, 1.0_dp, knowledge%a_priori%drag > 0))
+    end function feels_air
+
+    pure logical function is_quiet(knowledge, size)
+        type(operator_knowledge_t), intent(in) :: knowledge
+        real(dp), intent(in) :: size        !! Of the forces, as force_size
+
+        associate (noise => knowledge%accelerometer_noise(2:3))
+            is_quiet = any(noise%level > 0 .and. noise%level/merge(2, 1, noise%sides == ONE_SIDED) < QUIET*size**2)
+        end associate
+    end function is_quiet
 
     !> The largest errors that agree with what the operator states: three standard deviations, but no more than any error;
     !> an interchange of axes is none once they have been confirmed. Rods follow a quartz. By place, SI units.

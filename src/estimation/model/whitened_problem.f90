@@ -113,7 +113,7 @@ contains
     end function estimated_parameters
 
     !> The parameters that the options ask for by name; with several accelerometers theirs, inertia, the gain of each rod and
-    !> torques that change, too.
+    !> torques that change, too. Torquers have gains of their own.
     pure function asked_parameters(asked, knowledge) result(estimated)
         type(optimal_options_t), intent(in) :: asked
         type(operator_knowledge_t), intent(in) :: knowledge
@@ -126,7 +126,8 @@ contains
 
         estimated = ALWAYS_ESTIMATED
         if (asked%estimate_scale_factors) estimated = [estimated, SCALE_FACTORS]
-        if (asked%estimate_rod_gain .and. knowledge%line%number == 1) estimated = [estimated, ROD_GAIN]
+        if (asked%estimate_rod_gain .and. knowledge%line%number == 1) &
+            estimated = [estimated, pack([ROD_GAIN, ROD_GAINS], [.not. knowledge%rods%direct, spread(knowledge%rods%direct, 1, 3)])]
         if (asked%estimate_magnetometer_bias) estimated = [estimated, FIELD_BIAS]
         if (asked%density_wave == WAVE_GIVEN) estimated = [estimated, WAVE_SINE, WAVE_COSINE]
         call find_parameters(asked%also, named, unknown)

@@ -8,14 +8,15 @@ module gracecg_estimation_action
     implicit none
     private
     public :: action_t, known_offset_t, known_of, decide, refuse_offset, listed_axes, ACTIONS, WANTED_ACCURACY
-    public :: TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE
+    public :: TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE, NOT_TESTED
 
     integer, parameter :: TRIM_IT = 1           !! Move the centre of mass along some axes
     integer, parameter :: LEAVE_IT = 2          !! The offset is as small as can be told, on every axis
     integer, parameter :: CALIBRATE_AGAIN = 3   !! Nothing can be moved, and some axis is not known well enough
     integer, parameter :: DO_NOT_USE = 4        !! Something is wrong
-    !> The four in words
-    character(15), parameter :: ACTIONS(4) = [character(15) :: 'trim', 'leave', 'calibrate again', 'do not use']
+    integer, parameter :: NOT_TESTED = 5        !! The options leave out the tests that an action rests on
+    !> The five in words
+    character(15), parameter :: ACTIONS(5) = [character(15) :: 'trim', 'leave', 'calibrate again', 'do not use', 'not tested']
 
     real(dp), parameter :: WANTED_ACCURACY = 1e-4_dp
     !! Of each component of the offset, m: what CSR-TM-00-01 Table 1.2 asks of its stability
@@ -34,7 +35,7 @@ module gracecg_estimation_action
 
     !> What to do.
     type :: action_t
-        integer :: kind = DO_NOT_USE            !! One of the four
+        integer :: kind = DO_NOT_USE            !! One of the five
         logical :: trimmed(3) = .false.         !! Axes along which the centre of mass is to be moved by d
         logical :: again(3) = .false.           !! Axes that take another calibration
         real(dp) :: sigma(3) = 0                !! That it rests on, m; 0: not known

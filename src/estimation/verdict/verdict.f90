@@ -8,8 +8,9 @@ module gracecg_estimation_verdict
     use gracecg_estimation_fit_record, only: fit_record_t
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS
     use gracecg_estimation_fit_checks, only: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
-    use gracecg_estimation_belief_words, only: say_counts, say_contradiction, say_undetected, say_untested
-    use gracecg_estimation_action, only: action_t, known_offset_t, known_of, decide, refuse_offset, listed_axes, WANTED_ACCURACY
+    use gracecg_estimation_belief_words, only: say_counts, say_contradiction, say_undetected, say_untested, say_failed_tests
+    use gracecg_estimation_action, only: action_t, known_offset_t, known_of, decide, refuse_offset, listed_axes, &
+        NOT_TESTED, WANTED_ACCURACY
     implicit none
     private
     public :: verdict_t, finding_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
@@ -103,6 +104,13 @@ contains
             call add(verdict, GRADE_GOOD, 'Convergence', 'converged; iterations: '//integer_text(solution%iterations))
         else
             call add(verdict, GRADE_BAD, 'Convergence', 'not converged in '//integer_text(solution%iterations)//' iterations')
+        end if
+        if (solution%variance_factor > MUCH_NOISE**2) then
+            text = 'its squares are '//rounded_text(solution%variance_factor, 3)//' times what noise makes: the model is not '// &
+                'that of these data'
+            if (solution%algorithm == 'sequential') &
+                text = text//' (it takes as known what group optimal of the options asks for; use --algorithm optimal)'
+            call add(verdict, GRADE_BAD, 'Fit', text)
         end if
         text = 'condition number '//trim(power_text(solution%condition))//' of the normal matrix with unit diagonal'
         if (solution%condition <= POOR_CONDITION) then
@@ -284,11 +292,17 @@ contains
         !! it, relative: the offset may be off by as much
 
         type(known_offset_t) :: known
-        character(:), allocatable :: contradiction
+        character(:), allocatable :: contradiction, text
 
         if (.not. allocated(solution%beliefs)) then
-            call refuse_offset('what the setup says was not tested against the data: test_beliefs is off, or a warning tells '// &
-                               'why', action)
+            call say_failed_tests(solution%warnings, text)
+            if (text /= '') then
+                call refuse_offset(text, action)
+            else
+                action%kind = NOT_TESTED
+                action%text = 'not tested: the options leave out the tests of what the setup says (test_beliefs, covariance); '// &
+                    'estimate with them before masses move'
+            end if
             return
         end if
         associate (report => solution%beliefs)

@@ -46,6 +46,35 @@ module c_declarations
             integer(c_int) :: status
         end function gracecg_utc_parse
 
+        function gracecg_utc_text(utc, text, size, length, error) result(status) bind(c, name='gracecg_utc_text')
+            import :: c_char, c_int, c_size_t, error_struct, utc_struct
+            type(utc_struct), intent(in), optional :: utc
+            character(kind=c_char), intent(inout), optional :: text(*)
+            integer(c_size_t), intent(in), value :: size
+            integer(c_size_t), intent(inout), optional :: length
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_utc_text
+
+        function gracecg_utc_plus(utc, seconds, later, error) result(status) bind(c, name='gracecg_utc_plus')
+            import :: c_double, c_int, error_struct, utc_struct
+            type(utc_struct), intent(in), optional :: utc
+            real(c_double), intent(in), value :: seconds
+            type(utc_struct), intent(inout), optional :: later
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_utc_plus
+
+        function gracecg_utc_difference(start, finish, seconds, error) result(status) bind(c, &
+            name='gracecg_utc_difference')
+            import :: c_double, c_int, error_struct, utc_struct
+            type(utc_struct), intent(in), optional :: start
+            type(utc_struct), intent(in), optional :: finish
+            real(c_double), intent(inout), optional :: seconds
+            type(error_struct), intent(inout), optional :: error
+            integer(c_int) :: status
+        end function gracecg_utc_difference
+
         function gracecg_sidereal_angle(utc, ut1_minus_utc, angle, error) result(status) bind(c, &
             name='gracecg_sidereal_angle')
             import :: c_double, c_int, error_struct, utc_struct

@@ -64,6 +64,18 @@ module f77_interfaces
             double precision :: sec
         end subroutine gcutc
 
+        subroutine gcutcp(mjd, sec, t, mjd2, sec2, istat, msg)
+            character(*) :: msg
+            integer :: mjd, mjd2, istat
+            double precision :: sec, t, sec2
+        end subroutine gcutcp
+
+        subroutine gcutcd(mjd, sec, mjd2, sec2, t, istat, msg)
+            character(*) :: msg
+            integer :: mjd, mjd2, istat
+            double precision :: sec, sec2, t
+        end subroutine gcutcd
+
         subroutine gcgmst(mjd, sec, dut1, theta, istat, msg)
             character(*) :: msg
             integer :: mjd, istat
