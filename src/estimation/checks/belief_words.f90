@@ -10,7 +10,7 @@ module gracecg_estimation_belief_words
         LINES, FIELD_AGAINST_MODEL, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
-    public :: say_counts, say_contradiction, say_undetected, say_untested, is_larger_alike
+    public :: say_counts, say_contradiction, say_undetected, say_untested, say_value, is_larger_alike
 
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
 
