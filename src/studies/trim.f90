@@ -2,7 +2,8 @@
 !> estimate, and calibrate again until the estimate is small.
 !>
 !> A round uses all earlier ones: what they say of the offset, less what was moved, with the error of moving it,
-!> is what is known before the new calibration, and both are joined by their covariances.
+!> is what is known before the new calibration, and both are joined by their covariances. The masses are moved along the axes
+!> that the action on such an estimate names, and no others.
 !>
 !> Moving masses changes d, and with it the inertia about the centre of mass, (2-18). It changes J_p,
 !> the inertia about the proof-mass centre, too; that is left out: J_p is kept.
@@ -15,10 +16,12 @@ module gracecg_studies_trim
     use gracecg_base_parallel, only: parallel_work_t, run_parallel
     use gracecg_base_random, only: random_stream_t, new_stream
     use gracecg_observations_observation_set, only: observation_set_t
+    use gracecg_estimation_action, only: action_t, known_offset_t, decide, DO_NOT_USE
     use gracecg_estimation_iteration, only: rms_of
     use gracecg_estimation_options, only: estimation_options_t
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_estimators, only: estimate_offset
+    use gracecg_estimation_verdict, only: act_on
     use gracecg_simulation_case, only: case_t
     use gracecg_simulation_simulator, only: simulator_t, new_simulator, observe
     implicit none
@@ -34,7 +37,7 @@ module gracecg_studies_trim
     type :: trim_settings_t
         real(dp) :: threshold = 0.02e-3_dp      !! The trim ends when every |estimate| is below it, m
         logical :: by_sigma = .false.
-        !! The threshold of an axis is instead SIGMAS_OF_THRESHOLD times the sigma of its latest estimate
+        !! The threshold of an axis is instead SIGMAS_OF_THRESHOLD times the sigma of its latest estimate that its action rests on
         integer :: rounds = 10                  !! At most
         real(dp) :: balance_error = 0.01_dp     !! Relative, of the mass balancing of an axis
         real(dp) :: balance_noise = 0           !! Absolute, m
@@ -47,8 +50,9 @@ module gracecg_studies_trim
         real(dp) :: offset(3)       !! True d
         real(dp) :: estimate(3)     !! Of d, from all rounds so far
         real(dp) :: sigma(3)        !! Of the estimate, under the noise of accelerometer and star camera
-        logical :: contradicted = .false.   !! The data contradict a belief of the operator
         real(dp) :: covariance(3, 3)    !! The same, m^2
+        real(dp) :: wanted(3) = 0       !! By which the masses are to be moved
+        type(action_t) :: action        !! Why so
     end type trim_round_t
 
     !> One round of many trims; RMS over the runs, body axes, m.
@@ -125,8 +129,8 @@ contains
         if (.not. allocated(error)) self%results(:, i) = rounds
     end subroutine do_trim
 
-    !> Calibrates and trims a case. The last round is the one whose estimate lies below the threshold, or whose data
-    !> contradict the setup, or the last one allowed.
+    !> Calibrates and trims a case. The last round is the one whose estimate is known well enough and lies below the threshold,
+    !> or is not to be used, or the last one allowed.
     !>
     !> Fails when the simulation or an estimate fails, or an estimate does not converge.
     subroutine trim_offset(case, algorithm, options, settings, rounds, error, progress)
@@ -159,6 +163,7 @@ contains
         type(simulator_t) :: simulator
         type(case_t) :: current
         type(trim_round_t) :: latest
+        type(solution_t) :: solution
         integer :: i
 
         allocate (rounds(0))
@@ -167,16 +172,36 @@ contains
         call expect_pieces(progress, settings%rounds, 'rounds')
         do i = 1, settings%rounds
             if (i > 1) call new_simulator(current, simulator, error)
-            if (.not. allocated(error)) call calibrate(simulator, algorithm, options, settings%seed, i, latest, error)
+            if (.not. allocated(error)) call calibrate(simulator, algorithm, options, settings%seed, i, latest, solution, error)
             call add_context(error, 'round '//integer_text(i))
             if (settings%joint .and. i > 1 .and. .not. allocated(error)) call join_earlier(rounds(i - 1), settings, latest, error)
             if (allocated(error)) return
+            call take_action(solution, current%satellite%mass, latest)
             rounds = [rounds, latest]
             call piece_done(progress)
-            if (latest%contradicted .or. all(abs(latest%estimate) < trim_threshold(settings, latest))) return
-            current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%estimate)
+            if (latest%action%kind == DO_NOT_USE) return
+            if (all(abs(latest%estimate) < trim_threshold(settings, latest) .and. .not. latest%action%again)) return
+            current%satellite%offset = current%satellite%offset - mass_balance(current, settings, i, latest%wanted)
         end do
     end subroutine trim_from
+
+    !> What the joined estimate of a round allows, by the tests of its solution where there are some. Moves of the masses show
+    !> the signs of the accelerometer.
+    subroutine take_action(solution, mass, latest)
+        type(solution_t), intent(inout) :: solution
+        real(dp), intent(in) :: mass            !! Of the satellite, kg
+        type(trim_round_t), intent(inout) :: latest
+
+        if (allocated(solution%beliefs)) then
+            solution%offset = latest%estimate
+            solution%covariance = latest%covariance
+            solution%beliefs%signs_known = .true.
+            call act_on(solution, mass, latest%action)
+        else
+            call decide(known_offset_t(latest%estimate, latest%sigma, signs_known=.true.), mass, latest%action)
+        end if
+        latest%wanted = merge(latest%estimate, 0*latest%estimate, latest%action%trimmed)
+    end subroutine take_action
 
     !> Below what the estimates of a round must be, each axis, m.
     pure function trim_threshold(settings, latest) result(threshold)
@@ -185,20 +210,20 @@ contains
         real(dp) :: threshold(3)
 
         threshold = settings%threshold
-        if (settings%by_sigma) threshold = SIGMAS_OF_THRESHOLD*latest%sigma
+        if (settings%by_sigma) threshold = SIGMAS_OF_THRESHOLD*max(latest%sigma, latest%action%sigma)
     end function trim_threshold
 
-    subroutine calibrate(simulator, algorithm, options, seed, run, latest, error)
+    subroutine calibrate(simulator, algorithm, options, seed, run, latest, solution, error)
         type(simulator_t), intent(in) :: simulator
         character(*), intent(in) :: algorithm
         type(estimation_options_t), intent(in) :: options
         integer(i8), intent(in) :: seed        !! Of the random numbers
         integer, intent(in) :: run
         type(trim_round_t), intent(out) :: latest
+        type(solution_t), intent(out) :: solution
         type(error_t), allocatable, intent(out) :: error
 
         type(observation_set_t) :: observations
-        type(solution_t) :: solution
         integer :: i
 
         call observe(simulator, seed, run, observations, error, only_used_head=.true.)
@@ -211,15 +236,13 @@ contains
         end if
         latest%offset = simulator%case%satellite%offset
         latest%estimate = solution%offset
-        if (allocated(solution%beliefs)) latest%contradicted = solution%beliefs%has_contradiction()
         latest%covariance = solution%covariance
         latest%sigma = [(sqrt(solution%covariance(i, i)), i=1, 3)]
     end subroutine calibrate
 
-    !> Joins a round with what is known before it: the offset that was estimated has been moved away, so that 0 is
-    !> expected, with the covariance of that estimate and of the movement. With P of what is expected and R of the round
-    !> alone, P (P + R)^-1 of the round's estimate remains, with the covariance P (P + R)^-1 R. To a round without noise
-    !> earlier ones add nothing.
+    !> Joins a round with what is known before it: what was estimated less what was moved is expected, with the covariance of
+    !> that estimate and of the movement. With P of what is expected and R of the round alone, P (P + R)^-1 of how far the
+    !> round's estimate is from it remains, with the covariance P (P + R)^-1 R. To a round without noise earlier ones add nothing.
     subroutine join_earlier(before, settings, latest, error)
         type(trim_round_t), intent(in) :: before
         type(trim_settings_t), intent(in) :: settings
@@ -232,12 +255,14 @@ contains
         if (.not. any(latest%sigma > 0)) return
         expected = before%covariance
         do i = 1, 3
-            expected(i, i) = expected(i, i) + (settings%balance_error*before%estimate(i))**2 + settings%balance_noise**2
+            expected(i, i) = expected(i, i) + (settings%balance_error*before%wanted(i))**2 + settings%balance_noise**2
         end do
         call solve_normal_equations(expected + latest%covariance, [0.0_dp, 0.0_dp, 0.0_dp], unused, inverse, condition, error)
         if (allocated(error)) return
         gain = matmul(expected, inverse)
-        latest%estimate = matmul(gain, latest%estimate)
+        associate (left => before%estimate - before%wanted)
+            latest%estimate = left + matmul(gain, latest%estimate - left)
+        end associate
         latest%covariance = matmul(gain, latest%covariance)
         latest%covariance = (latest%covariance + transpose(latest%covariance))/2
         latest%sigma = [(sqrt(latest%covariance(i, i)), i=1, 3)]

@@ -12,6 +12,7 @@ module test_studies
     use gracecg_studies_error_sources, only: study_switches, STUDY_NAMES
     use gracecg_studies_magnetometer_loss, only: field_model_t, predict_field_model, MODEL_FIELD_ERROR
     use gracecg_estimation_report_options, only: report_options
+    use gracecg_estimation_action, only: DO_NOT_USE, WANTED_ACCURACY
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset
     use command_fixture
     implicit none
@@ -207,7 +208,7 @@ contains
         case%operator%value(:3, ROD_DELAY) = 0.5_dp     ! contradicted: no masses are moved, and no second round
         call trim_offset(case, 'optimal', estimation_options_t(), settings, rounds, failure)
         if (failed(error, failure)) return
-        call check(error, size(rounds) == 1 .and. rounds(1)%contradicted, 'stops at a contradiction')
+        call check(error, size(rounds) == 1 .and. rounds(1)%action%kind == DO_NOT_USE, 'stops at a contradiction')
     end subroutine test_trim
 
     !> Without --threshold-mm the command takes three times the sigma of each axis, says so, and ends at the first
@@ -305,13 +306,25 @@ contains
         end do
     end function without_comments
 
-    !> In case 2 the trim says that it does not converge in x, and why.
+    !> In case 2 the trim says that it does not converge in x, and why; no masses are moved along it, whatever the estimate.
     subroutine test_hardly_observable(error)
         type(error_type), allocatable, intent(out) :: error
         character(:), allocatable :: output, messages
+        type(case_t) :: case
+        type(trim_settings_t) :: settings
+        type(trim_round_t), allocatable :: rounds(:)
+        type(error_t), allocatable :: failure
 
+        call take_case('front-2', case)
+        settings%rounds = 2
+        settings%balance_error = 0
+        call trim_offset(case, 'assest-fde', estimation_options_t(), settings, rounds, failure)
+        if (failed(error, failure)) return
+        call check(error, all(rounds%sigma(1) > WANTED_ACCURACY) .and. any(abs(rounds%estimate(1)) > WANTED_ACCURACY), 'x')
+        call check(error, rounds(2)%offset(1), rounds(1)%offset(1), 'x is not moved')
+        call check(error, rounds(2)%offset(2), rounds(1)%offset(2) - rounds(1)%estimate(2), 'y is', thr=1e-15_dp)
         call succeeds(error, 'trim front-2 --rounds 2 --threshold-mm 0.1', output, messages)
-        call check_says(error, output, 'x: not determined ... y: converged')
+        call check_says(error, output, 'round 2: ... calibrate again for x (sigma of x ... x: not determined ... y: converged')
         call check(error, index(messages, 'below the sigma of x') > 0 .and. &
                    index(messages, 'sigma of y') == 0, messages)
     end subroutine test_hardly_observable

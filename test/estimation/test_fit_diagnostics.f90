@@ -436,5 +436,13 @@ contains
         call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=NAN, &
                                    signs_known=.true.), 400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'sigma of x NaN mm')
+        ! What the data suggest comes first, the largest first, and once
+        call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=spread(1e-5_dp, 1, 3), signs_known=.true., &
+                                   unseen=[6e-5_dp, 1.2e-4_dp, 1.5e-4_dp], tolerated=5e-5_dp, &
+                                   hidden=[character(48) :: 'gain of rod x', 'inertia xx', 'inertia xx'], &
+                                   suspicion=[character(120) :: '', 'the inertia xx is less', 'the inertia xx is less']), &
+                    400.0_dp, action)
+        call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'calibrate again for x, y and z (check the setup: the inertia xx '// &
+                     'is less by the data: 0.15 mm of y and z, unseen could be 0.06 mm of x by gain of rod x, wanted 0.05)')
     end subroutine test_leave
 end module test_fit_diagnostics

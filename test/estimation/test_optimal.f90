@@ -35,6 +35,7 @@ contains
                     new_unittest('a-wave-is-found-and-removed', test_wave), &
                     new_unittest('a-wave-beside-a-gap', test_gap), &
                     new_unittest('a-jump-is-found-and-removed', test_jump), &
+                    new_unittest('a-jump-beside-a-wave', test_large_jump), &
                     new_unittest('another-step-changes-nothing', test_settled), &
                     new_unittest('curved-drag-does-not-pull-a-wave', test_curved_drag), &
                     new_unittest('rod-gain-and-magnetometer-bias-are-estimated', test_extra), &
@@ -340,6 +341,30 @@ contains
         if (estimate_fails(error, 'optimal', observations, options, solution)) return
         call check(error, .not. any(solution%parameters%name == 'jump_x'), 'a wave is none')
     end subroutine test_jump
+
+    !> A step beside a density wave, and larger: it was taken for a long wave, and noise blamed.
+    subroutine test_large_jump(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: JUMPS(2) = [1e-8_dp, 2e-8_dp], TIME = 33
+        type(calibration_t) :: calibration
+        type(observation_set_t) :: observations
+        type(solution_t) :: solution
+        integer :: i, k
+
+        call take_calibration('front-3', calibration)
+        do k = 1, size(JUMPS)
+            call make_observations(calibration%case, 3, 1, observations)
+            where (observations%accelerometer_time > TIME) observations%acceleration(1, :) = &
+                observations%acceleration(1, :) + JUMPS(k)
+            if (estimate_fails(error, 'optimal', observations, estimation_options_t(), solution)) return
+            if (unmet(error, any([(index(solution%warnings(i)%text, 'jumps at 33') > 0, i=1, size(solution%warnings))]), &
+                      'the time')) return
+            call check(error, any([(index(solution%warnings(i)%text, 'wave of period 19.') > 0, i=1, size(solution%warnings))]))
+            call check(error, .not. solution%beliefs%has_contradiction(), 'nothing is blamed')
+            call check(error, all(abs(solution%offset - calibration%case%satellite%offset) < &
+                                  4*[(sqrt(solution%covariance(i, i)), i=1, 3)]))
+        end do
+    end subroutine test_large_jump
 
     !> The estimate solves the normal equations with partials of its own state, though the fit takes most of its steps
     !> with those of an earlier one: another step of Gauss and Newton moves no parameter by 1e-5 of its sigma.

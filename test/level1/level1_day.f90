@@ -37,6 +37,7 @@ module level1_day
         logical :: quiet = .false.          !! No manoeuvre
         logical :: wrong_rod = .false.      !! Currents of rod y with the other sign
         logical :: silent_rod = .false.     !! Currents of rod y read zero in the second half of a span
+        logical :: stuck_rods = .false.     !! Currents of rods x and z keep a value there
         logical :: positive_b = .false.     !! B currents positive, as of GRACE
         logical :: no_angular = .false.     !! Angular accelerations zero
         logical :: obc_tags = .false.       !! Tags of ACC1A say GPS and are OBC
@@ -244,6 +245,7 @@ contains
             current = current_at(t, flaws)
             if (flaws%wrong_rod) current(2) = -current(2)
             if (flaws%silent_rod .and. abs(t - start_of(1) - 0.75_dp*DURATION) < DURATION/4) current(2) = 0
+            if (flaws%stuck_rods .and. abs(t - start_of(1) - 0.75_dp*DURATION) < DURATION/4) current([1, 3]) = 50
             positive = max(0.0_dp, current)
             negative = min(0.0_dp, current)
             if (flaws%positive_b) negative = -negative

@@ -323,10 +323,17 @@ contains
         call estimated()
         if (allocated(error)) return
         call check(error, estimate%flag == 2 .and. .not. says(estimate%findings, 'tags of'), 'signs of the channels are no shift')
-        call again()        ! SRF x and z: no cause explains all, and nothing is to be used
+        call again()        ! SRF x and z
         call execute_command_line('for f in '//path//'/ACC1A*; do awk ''head {t = $8; $8 = $9; $9 = t} {print} '// &
                                   '/^# End/ {head = 1}'' "$f" >"$f.new" && mv "$f.new" "$f"; done')
-        call told('even then something is contradicted')
+        call told('columns of ACC1A are exchanged, lin_accl_z, lin_accl_y')
+        call again()
+        call execute_command_line('sed -i ''s/accelerometer_axes = 3, 1, 2/accelerometer_axes = 1, 2, 3/'' '//path//'/'//SETUP_NAME)
+        call told('AF taken as SRF')
+        call run('level1 check '//whole, status, output, messages)
+        call check(error, index(output, 'rod_gain') == 0 .and. index(messages, 'too small to tell the gain of the rods') > 0, &
+                   'a gain that is not told')
+        call check(error, index(output, new_line('a')//'0 of ') > 0, output)
         call again()
         call execute_command_line('for f in '//path//'/MAG1*; do awk ''head {t = $8; $8 = $9; $9 = t; t = $11; $11 = $12; '// &
                                   '$12 = t} {print} /^# End/ {head = 1}'' "$f" >"$f.new" && mv "$f.new" "$f"; done')

@@ -39,6 +39,7 @@ contains
                     new_unittest('wrong-b-currents-and-no-angular-channels', test_wrong_b), &
                     new_unittest('what-no-data-show', test_unseen), &
                     new_unittest('units-and-mass', test_units), &
+                    new_unittest('scale-of-an-axis', test_scale), &
                     new_unittest('orbits-that-differ', test_orbits_apart), &
                     new_unittest('no-manoeuvre', test_no_manoeuvre), &
                     new_unittest('samples-that-are-none', test_no_samples), &
@@ -79,6 +80,9 @@ contains
         end do
         call take_action(without_orbit, estimate)
         call check(error, index(estimate%action%text, 'GNV1B is missing') > 0, estimate%action%text)
+        call take_action(calibration, estimate)
+        call check(error, index(estimate%action%text, 'air and light along the orbit do not show clearly enough in '// &
+                                'accelerometer x, y and z') > 0, estimate%action%text)
         setup = setup_said()
         setup%signs_known = .true.
         call estimate_level1(calibration, setup, 'estimate', estimate, failure)
@@ -267,6 +271,15 @@ contains
         allocate (estimate%findings(0))
         call judge(calibration, estimate)
         call check(error, index(estimate%solutions(1)%reason, 'leakage_prior') > 0, estimate%solutions(1)%reason)
+        calibration%setup%leakage_prior = setup%leakage_prior
+        spoiled = calibration
+        spoiled%current(2, :) = 0
+        call judge(spoiled, estimate)
+        call check(error, index(estimate%solutions(1)%reason, 'all currents of rod y are zero') == 1, estimate%solutions(1)%reason)
+        estimate%settled = .false.
+        estimate%head_sigma(2) = 6e-6_dp
+        call judge(calibration, estimate)
+        call check_says(error, estimate%solutions(1)%reason, 'does not settle: the star cameras have a noise of 6e-6 rad, 30 times')
         setup = setup_said()
         setup%mass = setup%mass/10
         call estimate_level1(calibration, setup, 'estimate', estimate, failure)
@@ -280,6 +293,29 @@ contains
         if (failed(error, failure)) return
         call check(error, says(estimate%findings, 'unit of the angular accelerations'), 'angular')
     end subroutine test_units
+
+    !> One axis of the accelerometer is too large: its scale factor, which is estimated with what is said of it, explains that.
+    subroutine test_scale(error)
+        type(error_type), allocatable, intent(out) :: error
+        real(dp), parameter :: FACTOR = 1.1_dp
+        type(level1_calibration_t) :: calibration
+        type(level1_estimate_t) :: estimate
+        type(error_t), allocatable :: failure
+        integer :: i, k
+
+        if (day_fails(error, 'l1_good', flaws_t(leakage=1e-12_dp), setup_said(), calibration, estimate)) return
+        do i = 1, size(calibration%spans)
+            calibration%spans(i)%linear(2, :) = FACTOR*calibration%spans(i)%linear(2, :)
+        end do
+        call estimate_level1(calibration, setup_said(), 'estimate', estimate, failure)
+        if (failed(error, failure)) return
+        associate (found => estimate%solutions(1)%beliefs%explanations)
+            k = findloc(found%place, SCALE_FACTORS(2), 1)
+            if (unmet(error, k > 0, estimate%action%text)) return
+            call check(error, found(k)%value, FACTOR - 1, thr=3*found(k)%sigma)
+            call check(error, all(abs(found(k)%offset - OFFSET) < 2*MICROMETRE), 'offset')
+        end associate
+    end subroutine test_scale
 
     !> An Earth-fixed orbit that is not the inertial one: 18 s later, which is named before what follows from it; with another
     !> sign of y, which its velocities do not have.
@@ -346,6 +382,7 @@ contains
 
         call check_finding(error, 'l1_rod', flaws_t(wrong_rod=.true.), setup_said(), 'wrong sign of rod y')
         call check_finding(error, 'l1_silent', flaws_t(silent_rod=.true.), setup_said(), 'the currents of rod y read zero from')
+        call check_finding(error, 'l1_stuck', flaws_t(stuck_rods=.true.), setup_said(), 'the currents of rod x and z stay at one')
         setup = setup_said()
         setup%accelerometer_axes = [1, 2, 3]
         call check_finding(error, 'l1_axes', flaws_t(), setup, 'AF taken as SRF')

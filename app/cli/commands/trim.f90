@@ -1,6 +1,6 @@
 !> gracecg trim: calibrate, move the masses, calibrate again (step 5 of CSR-TM-00-01 section 5.1).
 module gracecg_cli_trim
-    use gracecg_estimation_action, only: WANTED_ACCURACY
+    use gracecg_estimation_action, only: DO_NOT_USE
     use gracecg_studies_trim, only: trim_settings_t, trim_round_t, trim_offset, trim_threshold, trim_statistics_t, &
         SIGMAS_OF_THRESHOLD, repeat_trim
     use gracecg_cli_work
@@ -21,7 +21,8 @@ contains
                                 'Calibrates a case (default front-1), moves masses so that the estimated '// &
                                 'CG offset is cancelled, and calibrates again, until every component of '// &
                                 'the estimate is below the threshold: step 5 of CSR-TM-00-01 section 5.1, '// &
-                                'which the report left undone. The inertia about the proof-mass centre is '// &
+                                'which the report left undone. Along an axis that `estimate` would not move, nothing is moved. '// &
+                                'The inertia about the proof-mass centre is '// &
                                 'kept. With --runs it trims N times, with the seeds from S on, and shows the RMS over the '// &
                                 'runs of as many rounds as --rounds says (then default 2); the threshold does not count.', &
                                 'gracecg trim front-3 --threshold-mm 0.1')
@@ -105,12 +106,13 @@ contains
         do i = 1, size(rounds)
             call table%add(i)
             call table%add([rounds(i)%offset, rounds(i)%estimate, rounds(i)%sigma]/MILLIMETRE)
-            if (rounds(i)%contradicted) call console%warn('round '//integer_text(i)//': the data contradict what the setup '// &
-                'says, gracecg estimate says what: no masses are moved by it')
         end do
         call console%line('CG offset d (centre of mass to proof mass, body axes) of each calibration: '//title_of(study))
         call console%table(table)
-        call show_verdict(settings, rounds(size(rounds)), size(rounds), console)
+        associate (latest => rounds(size(rounds)))
+            if (any(latest%action%again)) call console%paragraph('round '//integer_text(size(rounds))//': '//latest%action%text)
+            call show_verdict(settings, latest, size(rounds), console)
+        end associate
     end subroutine trim_once
 
     !> RMS over many trims.
@@ -171,11 +173,10 @@ contains
         do axis = 1, 3
             below = abs(latest%estimate(axis)) < threshold(axis)
             visible = latest%sigma(axis) <= threshold(axis)
-            if (latest%contradicted) then
-                verdict = 'not converged: no masses were moved, for the data contradict the setup'
-            else if (latest%sigma(axis) > WANTED_ACCURACY) then
-                verdict = 'not determined: sigma '//millimetres(latest%sigma(axis))//' mm, wanted '// &
-                    millimetres(WANTED_ACCURACY)
+            if (latest%action%kind == DO_NOT_USE) then
+                verdict = 'not converged: no masses were moved'
+            else if (latest%action%again(axis)) then
+                verdict = 'not determined: no masses are moved along it'
             else if (below .and. visible) then
                 verdict = 'converged'
             else if (visible) then

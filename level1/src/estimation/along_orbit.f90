@@ -14,7 +14,7 @@ module gracecg_level1_along_orbit
     use gracecg_spacecraft_plates, only: satellite_surface_t, new_trapezoid, REPORT_PRISM
     use gracecg_spacecraft_surface_loads, only: gas_t, wall_t, surface_load_t, mean_molar_mass, aerodynamic_load, &
         solar_radiation_load, earth_radiation_load
-    use gracecg_level1_frames, only: orbit_at, attitude_at, srf_of_accelerometer
+    use gracecg_level1_frames, only: orbit_at, attitude_at, srf_of_accelerometer, ORDERS
     use gracecg_level1_calibration, only: level1_calibration_t, find_files, read_product, without_bits, no_attitude
     use gracecg_level1_records, only: level1_records_t
     use gracecg_level1_series, only: take_away
@@ -37,7 +37,7 @@ contains
     !> in the calibration what they say by axis. Without SCA1B or GNV1B, or where the files hold too little, they say nothing.
     !>
     !> The air's density is hardly known beforehand (solar activity): x, along the flight, gives it. Light is known to a third:
-    !> the unit is that by which it is seen.
+    !> the unit is that by which it is seen. Where not all axes follow as they are, and do in another order, that is noted, too.
     subroutine compare_along_orbit(calibration)
         type(level1_calibration_t), intent(inout) :: calibration
 
@@ -53,8 +53,8 @@ contains
         type(surroundings_t) :: models
         type(error_t), allocatable :: error
         real(dp), allocatable :: windows(:, :), times(:), seen(:, :), air(:, :), light(:, :), minutes(:)
-        real(dp) :: t, sample(3), density           ! by x, along the flight, for all
-        integer :: i, k, n
+        real(dp) :: t, sample(3), unused(2, 3)
+        integer :: i, k, n, follows(3)
         logical :: known
 
         allocate (aside%notes(0))
@@ -95,13 +95,30 @@ contains
             end associate
         end do
         if (n < FEWEST) return
-        density = -1
-        do k = 1, 3
-            call compare_axis(minutes(:n), seen(k, :n), air(k, :n), light(k, :n), density, calibration%follows(k), &
-                         calibration%light_seen(:, k))
+        call compare_axes(ORDERS(:, 1), calibration%follows, calibration%light_seen)
+        if (all(calibration%follows /= 0)) return
+        do i = 2, size(ORDERS, 2)
+            call compare_axes(ORDERS(:, i), follows, unused)
+            if (all(follows == 1)) calibration%order = ORDERS(:, i)
         end do
 
     contains
+
+        !> The axes in an order: x, along the flight, gives the density for all.
+        subroutine compare_axes(order, follows, light_seen)
+            integer, intent(in) :: order(3)
+            integer, intent(out) :: follows(3)
+            real(dp), intent(out) :: light_seen(2, 3)
+
+            real(dp) :: density
+            integer :: axis
+
+            density = -1
+            do axis = 1, 3
+                call compare_axis(minutes(:n), seen(order(axis), :n), air(axis, :n), light(axis, :n), density, follows(axis), &
+                                  light_seen(:, axis))
+            end do
+        end subroutine compare_axes
 
         subroutine read_in(product, fields, margin, records)
             character(5), intent(in) :: product

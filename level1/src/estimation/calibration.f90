@@ -74,6 +74,7 @@ module gracecg_level1_calibration
         type(origin_t), allocatable :: products(:)      !! That were read, with their files
         integer :: follows(3) = 0                       !! Along the orbit the axes follow air and light: 1; -1: with the
                                                         !! opposite sign; 0: the files do not tell
+        integer :: order(3) = [1, 2, 3]                 !! Whose linear samples x, y, z seem to be: in that order all axes do
         real(dp) :: light_seen(2, 3) = 0                !! Light as seen by each axis, by what it should be, with sigma
         real(dp) :: orbit_delay = 0                     !! Of the orbit's tags by the magnetometer, s; 0: not significant
         character(256) :: field_turned = ''             !! What the magnetometer says of the attitude, if that is wrong

@@ -1,11 +1,13 @@
 !> The judgement of an estimate from Level-1 data: names of what is wrong, and flags of its solutions.
 module gracecg_level1_judgement
     use gracecg_level1_basics
-    use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset, CALIBRATE_AGAIN
+    use gracecg_base_text, only: join
+    use gracecg_estimation_action, only: known_offset_t, decide, known_of, refuse_offset, listed_axes, CALIBRATE_AGAIN
     use gracecg_estimation_belief_report, only: CONTRADICTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_offset_movement, only: movement_words, axis_words
     use gracecg_level1_calibration, only: level1_calibration_t, name_of_span, signs_are_known
+    use gracecg_level1_frames, only: ORDERS
     use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_outcome, only: level1_estimate_t, level1_solution_t, milliseconds, sigma_of, WORST_CONDITION
     use gracecg_level1_setup, only: leakage_sigmas
@@ -35,6 +37,7 @@ contains
 
         character(5), parameter :: TELLING(2) = ['SCA1B', 'GNV1B']     ! Files without which nothing is seen along the orbit
         type(known_offset_t) :: known
+        logical :: missing(size(TELLING))
         integer :: k
 
         associate (first => estimate%solutions(1))
@@ -49,10 +52,14 @@ contains
                 known%signs_seen = all(calibration%follows == 1)
                 call decide(known, calibration%setup%mass, estimate%action)
                 if (estimate%action%kind == CALIBRATE_AGAIN .and. .not. any([known%signs_known, known%signs_seen])) then
+                    missing = [(calibration%files%days_with(TELLING(k)) == 0, k=1, size(TELLING))]
                     do k = 1, size(TELLING)
-                        if (calibration%files%days_with(TELLING(k)) == 0) estimate%action%text = estimate%action%text// &
+                        if (missing(k)) estimate%action%text = estimate%action%text// &
                             '; '//TELLING(k)//' is missing, which with the others would tell the signs along the orbit'
                     end do
+                    if (.not. any(missing)) estimate%action%text = estimate%action%text//'; air and light along the orbit '// &
+                        'do not show clearly enough in accelerometer '//trim(listed_axes(calibration%follows /= 1))// &
+                        ' (half an hour beside the spans, or another orbit, may tell)'
                 end if
                 if (first%flag == 1) estimate%action%text = estimate%action%text//'; with care: '//trim(first%reason)
             end if
@@ -72,6 +79,17 @@ contains
 
         if (calibration%field_turned /= '') then
             call append(estimate%findings, trim(calibration%field_turned))
+            return
+        end if
+        if (any(calibration%order /= [1, 2, 3])) then
+            if (calibration%has_angular) call check_axes(calibration%setup%accelerometer_axes, estimate)
+            if (size(estimate%findings) > 0) return     ! angular ones are exchanged likewise
+            associate (columns => abs(calibration%setup%accelerometer_axes))
+                call append(estimate%findings, 'columns of ACC1A are exchanged, '//join('lin_accl_'//AXES(pack(columns, &
+                            calibration%order /= [1, 2, 3])), ', ')//': with accelerometer x, y, z from those of '// &
+                            join(AXES(columns(calibration%order)), ', ')//' all axes follow air and light along the orbit, '// &
+                            'from those of '//join(AXES(columns), ', ')//' they do not; correct the file')
+            end associate
             return
         end if
         call say_exchange(estimate%arcs, calibration%has_angular, shifted)
@@ -97,7 +115,7 @@ contains
             'currents do not explain the attitude: B currents with the wrong sign, currents or attitude of another '// &
             'satellite or another time')
         call look_along_orbit(calibration, estimate)
-        if (calibration%has_angular) call look_for_silent_rods(calibration, estimate)
+        if (calibration%has_angular) call look_for_stuck_rods(calibration, estimate)
         before = size(estimate%findings)
         if (calibration%has_angular) call check_axes(calibration%setup%accelerometer_axes, estimate)
         associate (correction => calibration%clock_correction)
@@ -150,70 +168,79 @@ contains
         end associate
     end subroutine look_over_spans
 
-    !> Currents that read zero in a part of a span in which the satellite goes on as if the rod was driven: what the angular
-    !> channels show beside the torque of all rods is as large there as the rod's torque in the rest, and small in the rest.
-    subroutine look_for_silent_rods(calibration, estimate)
+    !> Currents that read zero, or one value, in a part of a span in which the satellite goes on as if the rod was driven: what
+    !> the angular channels show beside the torque of all rods is as large there as the rod's torque in the rest, and small in the
+    !> rest. Rods that are so together are told together.
+    subroutine look_for_stuck_rods(calibration, estimate)
         type(level1_calibration_t), intent(in) :: calibration
         type(level1_estimate_t), intent(inout) :: estimate
 
         ! Chosen: two spoiled days (four60, dirty) are told, 18 sound ones are not
         real(dp), parameter :: SHORTEST = 5         ! s
-        real(dp), parameter :: ZERO = 1e-3_dp       ! Of the largest moment
+        real(dp), parameter :: SAME = 1e-3_dp       ! Of the largest moment
         real(dp), parameter :: LIKE = 0.5_dp        ! Of the rod's own
         real(dp), parameter :: CLEARLY = 3          ! Times what is left in the rest
         type(torque_rods_t) :: one
         real(dp), allocatable :: left(:, :), own(:, :)
-        logical, allocatable :: silent(:)
-        real(dp) :: first, last, largest
+        logical, allocatable :: inside(:)
+        logical :: stuck(3), together(3)
+        real(dp) :: first(3), last(3), value(3), largest
         integer :: i, k
 
         do i = 1, size(estimate%arcs)
             associate (arc => estimate%arcs(i), times => estimate%arcs(i)%accelerometer_time, &
                        rods => estimate%arcs(i)%knowledge%rods)
                 left = arc%angular_acceleration - rod_accelerations(arc, rods, times, .true.)
+                stuck = .false.
                 do k = 1, 3
                     one = rods
                     one%gain(pack([1, 2, 3], [1, 2, 3] /= k)) = 0
                     largest = maxval(abs(one%measured%moment(k, :)))
-                    call longest_silence(one%measured%time, abs(one%measured%moment(k, :)) <= ZERO*largest, times(1), &
-                                         times(size(times)), first, last)
-                    if (last - first < SHORTEST .or. .not. largest > 0) cycle
+                    call longest_standstill(one%measured%time, one%measured%moment(k, :), SAME*largest, times(1), &
+                                            times(size(times)), first(k), last(k), value(k))
+                    if (last(k) - first(k) < SHORTEST .or. .not. largest > 0) cycle
+                    value(k) = value(k)/largest
                     own = rod_accelerations(arc, one, times, .true.)
-                    silent = times >= first .and. times <= last
-                    if (count(.not. silent) < count(silent)/10 + 10) cycle
-                    if (scatter(left, silent) > max(LIKE*scatter(own, .not. silent), CLEARLY*scatter(left, .not. silent))) &
-                        call append(estimate%findings, 'the currents of rod '//AXES(k)//' read zero from '// &
-                            trim(rounded_text(first, 3))//' to '//trim(rounded_text(last, 3))//' s of '// &
-                            trim(name_of_span(calibration, estimate%span_of(i)))//', but the satellite turns as if the rod was '// &
-                            'driven: currents are missing; correct the file, or give the spans without that part')
+                    inside = times >= first(k) .and. times <= last(k)
+                    if (count(.not. inside) < count(inside)/10 + 10) cycle
+                    stuck(k) = scatter(left, inside) > max(LIKE*scatter(own, .not. inside), CLEARLY*scatter(left, .not. inside))
+                end do
+                do k = 1, 3
+                    together = stuck .and. abs(first - first(k)) < 1 .and. abs(last - last(k)) < 1 .and. &
+                        (abs(value) <= SAME .eqv. abs(value(k)) <= SAME)
+                    if (.not. stuck(k) .or. findloc(together, .true., 1) < k) cycle
+                    call append(estimate%findings, 'the currents of rod '//trim(listed_axes(together))//' '// &
+                        pick_text(abs(value(k)) <= SAME, 'read zero', 'stay at one value')//' from '// &
+                        trim(rounded_text(first(k), 3))//' to '//trim(rounded_text(last(k), 3))//' s of '// &
+                        trim(name_of_span(calibration, estimate%span_of(i)))//', but the satellite turns as if the rod was '// &
+                        'driven: currents are missing; correct the file, or give the spans without that part')
                 end do
             end associate
         end do
-    end subroutine look_for_silent_rods
+    end subroutine look_for_stuck_rods
 
-    !> The longest part between two times in which all samples are zero; first = last: none.
-    pure subroutine longest_silence(times, zero, start, stop_time, first, last)
+    !> The longest part between two times in which all samples are the same; first = last: none.
+    pure subroutine longest_standstill(times, samples, same, start, stop_time, first, last, value)
         real(dp), intent(in) :: times(:), start, stop_time      !! s
-        logical, intent(in) :: zero(:)
+        real(dp), intent(in) :: samples(:), same        !! What differs by less is the same
         real(dp), intent(out) :: first, last            !! s
+        real(dp), intent(out) :: value                  !! The samples there
 
-        real(dp) :: since
-        logical :: goes_on
-        integer :: j
+        integer :: j, since
 
         first = start
         last = start
-        goes_on = .false.
+        value = 0
+        since = 1
         do j = 1, size(times)
             if (times(j) < start .or. times(j) > stop_time) cycle
-            if (zero(j) .and. .not. goes_on) since = times(j)
-            goes_on = zero(j)
-            if (.not. goes_on) cycle
-            if (times(j) - since <= last - first) cycle
-            first = since
+            if (times(since) < start .or. abs(samples(j) - samples(since)) > same) since = j
+            if (times(j) - times(since) <= last - first) cycle
+            first = times(since)
             last = times(j)
+            value = samples(since)
         end do
-    end subroutine longest_silence
+    end subroutine longest_standstill
 
     !> How far some samples of a vector lie about their middle: medians, for spikes may be among them.
     pure real(dp) function scatter(samples, counted)
@@ -298,18 +325,16 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate
 
         character(:), allocatable :: text
-        logical :: silent(3)        ! Rods without any current
         real(dp) :: shift
         logical :: gain     ! Of the rods, by the inertia: then the mass is doubtful, too
         integer :: i, k
 
-        silent = .not. any(abs(calibration%current) > 0, 2)
         do i = 1, size(estimate%solutions)
             if (.not. is_contradicted(estimate%solutions(i))) cycle
-            if (any(silent)) then
-                k = findloc(silent, .true., 1)
-                call append(estimate%findings, 'all currents of rod '//AXES(k)//' are zero, and the others do not explain how '// &
-                            'the satellite turns: its currents are missing; take a file that has them, such as MAG1A')
+            if (any(silent_rods(calibration))) then
+                call append(estimate%findings, 'all currents of rod '//trim(listed_axes(silent_rods(calibration)))// &
+                            ' are zero, and the others do not explain how the satellite turns: its currents are missing; '// &
+                            'take a file that has them, such as MAG1A')
                 cycle
             end if
             associate (report => estimate%solutions(i)%beliefs)
@@ -362,7 +387,6 @@ contains
         integer, intent(in) :: said(3)      !! accelerometer_axes of the setup
         type(level1_estimate_t), intent(inout) :: estimate
 
-        integer, parameter :: PERMUTATIONS(3, 6) = reshape([1, 2, 3, 2, 3, 1, 3, 1, 2, 1, 3, 2, 2, 1, 3, 3, 2, 1], [3, 6])
         real(dp), parameter :: HARDLY = 0.3_dp, CLEARLY = 0.3_dp, MOST = 3
         type(torque_rods_t) :: rods
         real(dp) :: correlation(3, 3), product(3, 3), seen(3), acted(3), best, given, score
@@ -394,8 +418,8 @@ contains
         given = sum([(correlation(k, k), k=1, 3)])/3
         best = given
         chosen = 1
-        do i = 1, size(PERMUTATIONS, 2)
-            score = sum([(abs(correlation(k, PERMUTATIONS(k, i))), k=1, 3)])/3
+        do i = 1, size(ORDERS, 2)
+            score = sum([(abs(correlation(k, ORDERS(k, i))), k=1, 3)])/3
             if (score > best + epsilon(best)) then
                 best = score
                 chosen = i
@@ -405,7 +429,7 @@ contains
             call append(estimate%findings, 'the accelerometer does not show the torque of the rods: data of the other '// &
                         'satellite (transplanted ACT), or of another time')
         else if (best > given + CLEARLY) then
-            axes_found = [(nint(sign(1.0_dp, correlation(k, PERMUTATIONS(k, chosen))))*said(PERMUTATIONS(k, chosen)), k=1, 3)]
+            axes_found = [(nint(sign(1.0_dp, correlation(k, ORDERS(k, chosen))))*said(ORDERS(k, chosen)), k=1, 3)]
             call append(estimate%findings, 'axes of the accelerometer are wrong (AF taken as SRF): its angular channels '// &
                         'follow the torque with accelerometer_axes = '//trim(axes_text(axes_found))//', not '// &
                         trim(axes_text(said)))
@@ -425,6 +449,14 @@ contains
 
         text = integer_text(numbers(1))//', '//integer_text(numbers(2))//', '//integer_text(numbers(3))
     end function axes_text
+
+    !> Rods without any current.
+    pure function silent_rods(calibration) result(silent)
+        type(level1_calibration_t), intent(in) :: calibration
+        logical :: silent(3)
+
+        silent = .not. any(abs(calibration%current) > 0, 2)
+    end function silent_rods
 
     !> Does a test of what the setup says fail, however little the offset would move?
     pure logical function is_contradicted(solution)
@@ -467,6 +499,7 @@ contains
         type(level1_estimate_t), intent(inout) :: estimate
 
         real(dp), parameter :: SIGMAS = 3
+        real(dp), parameter :: USUAL = 2e-7_dp, NOISY = 1e-6_dp     ! Noise of attitude as it is simulated; chosen, rad
         real(dp) :: sigma(3)
         logical :: mixed
         integer :: i
@@ -482,13 +515,18 @@ contains
                 if (mixed) call lower(1, 'leakage and d are not separable')
                 if (maxval(sigma) > POOR_SIGMA) then
                     call lower(2, 'sigma above 50 um')
+                    if (any(silent_rods(calibration))) call lower(2, 'all currents of rod '// &
+                        trim(listed_axes(silent_rods(calibration)))//' are zero: if it was driven, take a file that has them, '// &
+                        'such as MAG1A; without it sigma is above 50 um')
                     if (any(leakage_sigmas(calibration%setup) < USUAL_LEAKAGE/10)) call lower(2, 'sigma above 50 um: '// &
                         'leakage_prior of the setup says that rods hardly leak, and the samples do not agree (usual are '// &
                         '1e-12 m/s^2/mA and 3e-11 m/s^2/(mA/s))')
                     if (mixed) solution%reason = 'leakage and d are not separable: '//trim(solution%reason)
                 end if
                 if (is_contradicted(solution)) call lower(1, 'the data contradict the setup')
-                if (.not. estimate%settled) call lower(2, 'the fit does not settle')
+                if (.not. estimate%settled) call lower(2, 'the fit does not settle'//pick_text(maxval(estimate%head_sigma) > &
+                    NOISY, ': the star cameras have a noise of '//trim(rounded_text(maxval(estimate%head_sigma), 2))//' rad, '// &
+                    trim(rounded_text(maxval(estimate%head_sigma)/USUAL, 2))//' times the usual of SCA1B', ''))
                 if (size(estimate%findings) > 0) call lower(2, 'see what is wrong')
                 if (.not. signs_are_known(calibration)) call lower(1, 'sign of the accelerometer not confirmed')
                 if (.not. calibration%has_angular) call lower(1, 'the accelerometer has no angular channels')

@@ -7,6 +7,7 @@ module gracecg_level1_time_shifts
     use gracecg_observations_observation_set, only: observation_set_t
     use gracecg_spacecraft_torque_rods, only: torque_rods_t, take_measured_moments
     use gracecg_spacecraft_moment_series, only: moment_series_t, new_moment_series
+    use gracecg_level1_frames, only: ORDERS
     use gracecg_level1_held_currents, only: rod_accelerations
     use gracecg_level1_outcome, only: level1_estimate_t
     use gracecg_level1_series, only: interpolate
@@ -173,7 +174,6 @@ contains
         logical, intent(in) :: with_channels        !! The accelerometer has angular channels
         character(:), allocatable, intent(out) :: text      !! Without a full stop; empty: it does not
 
-        integer, parameter :: ORDERS(3, 6) = reshape([1, 2, 3, 2, 1, 3, 1, 3, 2, 3, 2, 1, 2, 3, 1, 3, 1, 2], [3, 6])
         real(dp) :: gain(3), share(size(ORDERS, 2))
         integer :: i
 

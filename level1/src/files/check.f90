@@ -2,8 +2,8 @@
 !> rods, thrusters, gas. Each has a verdict: within what such data have, or not.
 !>
 !> Definitions. Amplitude spectral density: a line removed, Hann window w_i = sin^2(pi (i + 1/2)/n), one-sided
-!> periodogram 2 dt |F|^2/sum w^2, root of its mean over the band, dt the mean interval. Quantum: the least step
-!> between different values.
+!> periodogram 2 dt |F|^2/sum w^2, root of its mean over the band, dt the mean interval; of segments of 2048 samples the median,
+!> for firings are in some. Quantum: the least step between different values.
 module gracecg_level1_check
     use gracecg_level1_basics
     use gracecg_base_spectrum, only: power_spectrum, HANN
@@ -85,24 +85,36 @@ contains
         call check%add_axes('angular_quantum', [(quantum(angular(:, i)), i=1, 3)], 'rad/s^2', 1e-10_dp, 1e-7_dp)
     end subroutine check_accelerometer
 
-    !> Root of the mean one-sided spectral density over a band, of each axis.
+    !> Root of the mean one-sided spectral density over a band, of each axis: the median of segments that overlap by half.
     function amplitude_densities(times, values, interval, band) result(density)
         real(dp), intent(in) :: times(:), values(:, :)  !! s; anything, (time, axis)
         real(dp), intent(in) :: interval                !! Mean, s
         real(dp), intent(in) :: band(2)                 !! Hz
         real(dp) :: density(3)
 
-        real(dp), allocatable :: frequency(:), spectrum(:)
-        integer :: i, axis, n
+        real(dp), allocatable :: series(:)
+        integer :: first, axis, length
 
-        density = 0
+        length = min(size(times), LONGEST_SEGMENT)
         do axis = 1, 3
-            call power_spectrum([(i, i=1, size(times))], without_line(times, values(:, axis)), interval, &
-                                longest_segment=min(size(times), LONGEST_SEGMENT), taper=HANN, frequency=frequency, &
-                                density=spectrum)
-            n = count(frequency >= band(1) .and. frequency <= band(2))
-            if (n > 0) density(axis) = sqrt(2*sum(spectrum, mask=frequency >= band(1) .and. frequency <= band(2))/n)
+            series = without_line(times, values(:, axis))
+            density(axis) = sqrt(median_of([(mean_over_band(series(first:first + length - 1)), &
+                                             first=1, size(series) - length + 1, max(1, length/2))]))
         end do
+
+    contains
+
+        pure real(dp) function mean_over_band(segment) result(mean)
+            real(dp), intent(in) :: segment(:)
+
+            real(dp), allocatable :: frequency(:), spectrum(:)
+            integer :: i
+
+            call power_spectrum([(i, i=1, length)], segment, interval, length, HANN, frequency, spectrum)
+            associate (inside => frequency >= band(1) .and. frequency <= band(2))
+                mean = 2*sum(spectrum, mask=inside)/max(1, count(inside))
+            end associate
+        end function mean_over_band
     end function amplitude_densities
 
     !> The least step between different values, made exact by their whole range.

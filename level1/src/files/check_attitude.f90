@@ -156,6 +156,7 @@ contains
 
         !> MAG1B: fields that are new, the difference to the IGRF, the currents, and the gain of the rods.
         subroutine check_magnetometer()
+            real(dp), parameter :: NOT_TOLD = 0.1_dp    ! Sigma of a gain, A m^2/mA, chosen: usual ones are 0.2 to 0.25
             real(dp), allocatable :: field(:, :), model(:, :), current(:, :)
             logical, allocatable :: known(:)
             real(dp) :: mean(3), deviation(3), gain, sigma
@@ -189,9 +190,12 @@ contains
             if (count(known) < n/2 .or. n < 10 .or. sca1b%count <= GAIN_INTERVALS) return
             call find_gain(current, model, gain, sigma)
             if (sigma <= 0) return
-            ! a gain that the file does not tell is not unusual
+            if (sigma > NOT_TOLD) then
+                call check%note('MAG1B: currents of its beginning are too small to tell the gain of the rods')
+                return
+            end if
             call check%add('rod_gain', gain, 'A m^2/mA', 0.05_dp - 3*sigma, 0.6_dp + 3*sigma)
-            call check%add('rod_gain_sigma', sigma, 'A m^2/mA', 0.0_dp, huge(sigma))
+            call check%add('rod_gain_sigma', sigma, 'A m^2/mA', 0.0_dp, NOT_TOLD)
         end subroutine check_magnetometer
 
         !> The IGRF of the 14th generation at the tags of MAG1B, along the axes of SRF, nT.

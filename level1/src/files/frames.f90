@@ -9,10 +9,13 @@ module gracecg_level1_frames
     private
     public :: srf_of_accelerometer, signed_axes_valid, gracecg_quaternion, continuous_quaternions, mounting_of_head, &
         attitude_by_head, calibration_vector, inertial_of_earth_fixed_by_states, inertial_of_earth_fixed, &
-        inertial_velocity, ACCELEROMETER_AXES, orbit_at, attitude_at
+        inertial_velocity, ACCELEROMETER_AXES, ORDERS, orbit_at, attitude_at
 
     !> Which axis of AF, with its sign, x, y and z of SRF are: z, x, y (ACC1A of GRACE-FO against ACT1B)
     integer, parameter :: ACCELEROMETER_AXES(3) = [3, 1, 2]
+
+    !> All orders of three axes, the right one first
+    integer, parameter :: ORDERS(3, 6) = reshape([1, 2, 3, 2, 1, 3, 1, 3, 2, 3, 2, 1, 2, 3, 1, 3, 1, 2], [3, 6])
 
     integer, parameter :: LONGEST_STEP = 60     !! Between records, s: nothing is known in a longer one
 

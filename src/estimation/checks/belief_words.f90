@@ -10,7 +10,8 @@ module gracecg_estimation_belief_words
         LINES, FIELD_AGAINST_MODEL, HEADS_APART, OF_VALUE, OF_ALTERATION, CONTRADICTED, UNTESTED
     implicit none
     private
-    public :: say_counts, say_contradiction, say_undetected, say_untested, say_failed_tests, is_larger_alike, FAILED_TESTS
+    public :: say_counts, say_contradiction, say_undetected, say_untested, say_value, say_failed_tests, is_larger_alike, &
+        FAILED_TESTS
 
     integer, parameter :: MOST_NAMED = 4    !! Beliefs that cannot be tested
     character(*), parameter :: FAILED_TESTS = 'what the setup says could not be tested: '   !! A warning begins so, if so

@@ -7,7 +7,7 @@ module gracecg_estimation_belief_report
     private
     public :: belief_report_t, value_test_t, noise_test_t, explanation_t, OF_VALUE, OF_ALTERATION, OF_NOISE
     public :: begin_report, add_value, add_noise, add_score, finish_report
-    public :: CONFIRMED, UNTESTED, CONTRADICTED, FAMILY_LEVEL, POWER, NOISE_SUBJECTS
+    public :: CONFIRMED, UNTESTED, CONTRADICTED, FAMILY_LEVEL, POWER, NOISE_SUBJECTS, SAME
     public :: OF_STAR_CAMERA, LINES, FIELD_AGAINST_MODEL, HEADS_APART
 
     integer, parameter :: CONFIRMED = 1     !! A wrong value that matters would have been seen
@@ -71,6 +71,7 @@ module gracecg_estimation_belief_report
     end type noise_test_t
 
     integer, parameter :: OF_VALUE = 1, OF_ALTERATION = 2, OF_NOISE = 3     !! Kinds of explanations
+    real(dp), parameter :: SAME = 7         !! Of log-likelihoods of explanations: one is a thousand times as likely as the other
 
     !> A wrong belief that would explain the data.
     type :: explanation_t

@@ -11,7 +11,7 @@ module gracecg_estimation_arcs_fit
     use gracecg_estimation_arc_problem, only: arc_residuals_t
     use gracecg_estimation_belief, only: is_possible
     use gracecg_estimation_belief_report, only: belief_report_t, value_test_t, explanation_t, begin_report, finish_report, &
-        OF_VALUE
+        OF_VALUE, SAME
     use gracecg_estimation_belief_tests, only: test_values
     use gracecg_estimation_information, only: information_t, gathered, no_information
     use gracecg_estimation_parameters, only: a_priori_sigmas, conceivable_errors
@@ -135,18 +135,20 @@ contains
         call test_with(n, result%beliefs, error)
         if (allocated(error) .or. .not. result%beliefs%has_contradiction()) return
         associate (tests => result%beliefs%values)
-            left = tests%sigma > 0 .and. .not. tests%all_or_nothing .and. [( &
-                .not. any(result%shared == tests(k)%belief) .and. &
-                is_possible(tests(k)%belief, tests(k)%value, knowledge), k=1, size(tests))]
+            left = tests%sigma > 0 .and. .not. tests%all_or_nothing .and. &
+                [(is_possible(tests(k)%belief, tests(k)%value, knowledge), k=1, size(tests))]
             allocate (gain(size(tests)), source=0.0_dp)
             where (left) gain = (tests%value/tests%sigma)**2/2
+            where (left .and. [(any(result%shared == tests(k)%belief), k=1, size(tests))]) gain = tests%score**2/2
             left = left .and. 2*gain > result%beliefs%critical**2       ! what may as well be as believed explains nothing
         end associate
         do k = 1, min(MOST_TRIED, count(left))
             best = maxloc(gain, 1, left)
             left(best) = .false.
+            associate (found => result%beliefs%explanations)
+                if (any(found%complete .and. found%gain > gain(best) + SAME)) exit
+            end associate
             call try(result%beliefs%values(best), gain(best))
-            if (any(result%beliefs%explanations%complete)) exit
         end do
 
     contains
@@ -163,12 +165,14 @@ contains
             value(:n) = result%value
             call solve_normal_equations(all%matrix(:first, :first), all%rhs(:first), step, covariance, condition, failed)
             if (allocated(failed)) return
+            value = value + step
             call begin_report(value(:3), wanted, knowledge%a_priori%signs_known, report)
             call test_values(places, first, all%matrix, all%rhs, covariance, sigma, conceivable, value, report)
             call finish_report(report)
         end subroutine test_with
 
-        !> A belief that may explain what is contradicted: the first one, or one with which nothing is.
+        !> A belief that may explain what is contradicted: the first one, or those with which nothing is. Of one that is
+        !> estimated with what is said of it, that is left out.
         subroutine try(test, likelier)
             type(value_test_t), intent(in) :: test
             real(dp), intent(in) :: likelier        !! Gain of the log-likelihood
@@ -176,20 +180,32 @@ contains
             type(explanation_t) :: explanation
             type(belief_report_t) :: other
             type(error_t), allocatable :: failure
+            type(information_t) :: with_said
             real(dp) :: said
             integer :: p
 
             p = findloc(places, test%belief, 1)
-            call interchange(n + 1, p)
             said = sigma(test%belief)
             sigma(test%belief) = 0                  ! what was said of it does not count
-            call test_with(n + 1, other, failure)
+            if (p <= n) then
+                with_said = all
+                all%matrix(p, p) = all%matrix(p, p) - 1/said**2
+                all%rhs(p) = all%rhs(p) + result%value(p)/said**2
+                call test_with(n, other, failure)
+                all = with_said
+            else
+                call interchange(n + 1, p)
+                call test_with(n + 1, other, failure)
+                call interchange(n + 1, p)
+            end if
             sigma(test%belief) = said
-            call interchange(n + 1, p)
             if (allocated(failure)) return
-            explanation = explanation_t(OF_VALUE, test%belief, likelier, test%value, test%sigma, result%value(:3) - test%shift, &
+            explanation = explanation_t(OF_VALUE, test%belief, likelier, test%value, test%sigma, other%offset, &
                                         .not. other%has_contradiction())
-            if (explanation%complete .or. size(result%beliefs%explanations) == 0) result%beliefs%explanations = [explanation]
+            associate (beliefs => result%beliefs)
+                if (explanation%complete .or. size(beliefs%explanations) == 0) beliefs%explanations = &
+                    [pack(beliefs%explanations, beliefs%explanations%complete), explanation]
+            end associate
         end subroutine try
 
         subroutine interchange(one, other)

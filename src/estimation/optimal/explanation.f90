@@ -21,14 +21,13 @@ module gracecg_estimation_explanation
         INTERCHANGES, LARGEST_ERROR
     use gracecg_estimation_belief, only: ALTERATIONS, OF_QUATERNIONS, apply_value, apply_alteration, is_possible
     use gracecg_estimation_belief_report, only: belief_report_t, explanation_t, noise_test_t, CONTRADICTED, OF_VALUE, &
-        OF_ALTERATION, OF_NOISE, FIELD_AGAINST_MODEL, HEADS_APART
+        OF_ALTERATION, OF_NOISE, FIELD_AGAINST_MODEL, HEADS_APART, SAME
     use gracecg_estimation_solution, only: solution_t
     use gracecg_estimation_optimal, only: estimate_optimal
     implicit none
     private
     public :: explain, explain_failure, confirm_contradictions
 
-    real(dp), parameter :: SAME = 7             !! Of log-likelihoods: one is a thousand times as likely as the other
     real(dp), parameter :: BEYOND_DOUBT = 8     !! Score of a contradiction that no fit need confirm
     integer, parameter :: MOST_CANDIDATES = 10  !! Beliefs with a value whose fits are tried
     integer, parameter :: MOST_STEPS = 6        !! Of such a fit

@@ -27,6 +27,8 @@ module gracecg_estimation_jump_search
     real(dp), parameter :: MOST_LEFT = 1.5_dp
     !! Mean whitened square of the axis without what the jump explains: where more than that is left, residuals are no
     !! noise, and a jump is none
+    real(dp), parameter :: PART_OF_WAVE = 0.5_dp
+    !! Of the gain of a density wave, chosen: steps of 1 and 2e-8 m/s^2 beside a wave of 2.7e-9 m/s^2 have more
     real(dp), parameter :: LEAST_SEPARATE = 1e-4_dp !! Of a step's information, the part that other parameters do not take
     real(dp), parameter :: AS_GOOD = 4      !! Difference of gains of two standard deviations
     integer, parameter :: MOST_CANDIDATES = 60
@@ -44,12 +46,14 @@ module gracecg_estimation_jump_search
 contains
 
     !> Looks for a jump in the residuals of a fit that has converged.
-    function search_jump(problem, batch) result(jump)
+    function search_jump(problem, batch, of_wave) result(jump)
         type(whitened_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch     !! Of this problem
+        real(dp), intent(in), optional :: of_wave
+        !! The gain of a wave that the residuals show, too: a jump has to have a large part of it, whatever it leaves
         type(force_jump_found_t) :: jump
 
-        real(dp) :: most, gain(MOST_CANDIDATES), beside(2)
+        real(dp) :: most, allowed, gain(MOST_CANDIDATES), beside(2)
         integer :: axis, samples, spacing, i, best, places(MOST_CANDIDATES), near
 
         samples = size(problem%data%accelerometer_epoch)
@@ -57,6 +61,11 @@ contains
         if (spacing < 1) return
         places = [(1 + i*spacing, i=1, MOST_CANDIDATES)]
         most = LEAST_GAIN
+        allowed = MOST_LEFT
+        if (present(of_wave)) then
+            most = PART_OF_WAVE*of_wave
+            allowed = huge(allowed)
+        end if
         do axis = 1, 3
             gain = gains_at(problem, batch, axis, places)
             best = maxloc(gain, 1)
@@ -71,7 +80,7 @@ contains
                     gain(best) = maxval(beside)
                 end if
             end do
-            if (gain(best) < most .or. left_of(problem, batch, axis, gain(best)) > MOST_LEFT) cycle
+            if (gain(best) < most .or. left_of(problem, batch, axis, gain(best)) > allowed) cycle
             most = gain(best)
             associate (epoch => problem%data%accelerometer_epoch, alike => gain > gain(best) - AS_GOOD)
                 jump = force_jump_found_t(.true., epoch(i), most, &

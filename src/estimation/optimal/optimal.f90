@@ -176,7 +176,7 @@ contains
 
     !> The fit with the parameters that the options ask for; if its residuals show a density wave, one that
     !> estimates the wave and curved drag, too: a parabola would pull the wave's frequency; if those show a jump of
-    !> the forces, one that estimates it.
+    !> the forces, one that estimates it. A jump that explains much of a wave comes first: a step looks like a long one.
     subroutine fit_best(knowledge, options, once, start, fit, solution, error)
         type(operator_knowledge_t), intent(in) :: knowledge
         type(estimation_options_t), intent(in) :: options
@@ -192,8 +192,10 @@ contains
         real(dp) :: without_jump(3)                 ! the offset by the fit without it, m
         type(error_t), allocatable :: not_determined
         logical :: louder               ! The first search: under more noise than there is
+        logical :: search_jumps
         logical :: only_to_search       ! That there is a wave is seen long before the fit without it has settled
 
+        search_jumps = options%optimal%search_jump .and. options%optimal%estimate_within_limits .and. .not. once
         only_to_search = options%optimal%density_wave == WAVE_SEARCHED .and. .not. once
         allocate (fit)
         fit%problem = start
@@ -209,31 +211,43 @@ contains
                 if (allocated(error)) return
                 wave = search_wave(knowledge%rods, fit%problem, fit%batch)
             end if
+            if (wave%found .and. search_jumps) then
+                jump = search_jump(fit%problem, fit%batch, of_wave=wave%gain)
+                if (jump%found) fit%problem%acceleration_kept = start%acceleration_kept     ! some were left out for the jump
+                if (jump%found) call fit_jump(rough=.true.)
+                if (jump%found) wave = search_wave(knowledge%rods, fit%problem, fit%batch)
+            end if
             if (wave%found) then
                 allocate (wider)
                 call widen(knowledge, options, fit, wave, wider)
-                call settle_wider(wave%found)
+                call settle_wider(.false., wave%found)
                 if (wave%found) call look_for_growth()
                 call report_wave(wave, fit%problem, solution%warnings)
             end if
             if (.not. wave%found) call settle_counted(.false., fit, error)
             if (allocated(error)) return
         end if
-        if (options%optimal%search_jump .and. options%optimal%estimate_within_limits .and. .not. once) &
+        if (search_jumps .and. .not. jump%found) then
             jump = search_jump(fit%problem, fit%batch)
-        if (jump%found) then
-            allocate (wider)
-            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
-            wider%problem%model%jump = jump%epoch
-            without_jump = fit%problem%state%value(OFFSET)
-            call settle_wider(jump%found)
-            if (jump%found) call report_jump(knowledge, fit%problem, fit%batch, jump, without_jump, solution%warnings)
+            if (jump%found) call fit_jump(rough=.false.)
         end if
+        if (jump%found) call report_jump(knowledge, fit%problem, fit%batch, jump, without_jump, solution%warnings)
         solution%converged = fit%converged
         if (fit%noise_estimated) &
             call append(solution%warnings, 'the noise is estimated from the data where the setup does not give it')
 
     contains
+
+        !> The fit with the jump.
+        subroutine fit_jump(rough)
+            logical, intent(in) :: rough
+
+            allocate (wider)
+            call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, FORCE_JUMP], wider%problem)
+            wider%problem%model%jump = jump%epoch
+            without_jump = fit%problem%state%value(OFFSET)
+            call settle_wider(rough, jump%found)
+        end subroutine fit_jump
 
         !> A wave whose amplitude changes with the drag leaves another one, near in frequency: then its growth is estimated, too.
         subroutine look_for_growth()
@@ -245,14 +259,15 @@ contains
             if (.not. left%found .or. abs(left%frequency - wave%frequency)*knowledge%duration > NEAR) return
             allocate (wider)
             call with_parameters(knowledge, options, fit%problem, [fit%problem%model%estimated, WAVE_GROWTH], wider%problem)
-            call settle_wider(grows)
+            call settle_wider(.false., grows)
         end subroutine look_for_growth
 
         !> The fit with more parameters takes the place of the other, if there is one.
-        subroutine settle_wider(there_is)
+        subroutine settle_wider(rough, there_is)
+            logical, intent(in) :: rough
             logical, intent(out) :: there_is
 
-            call settle_counted(.false., wider, not_determined)
+            call settle_counted(rough, wider, not_determined)
             there_is = .not. allocated(not_determined) .and. wider%converged
             if (there_is) call move_alloc(wider, fit)
             if (allocated(wider)) deallocate (wider)

@@ -37,6 +37,7 @@ module gracecg_estimation_wave_search
         logical :: found = .false.    !! It stands out of the noise
         real(dp) :: frequency = 0           !! Hz
         real(dp) :: amplitude(2) = 0        !! Of sine and cosine, m/s^2
+        real(dp) :: gain = 0                !! Of the weighted squares
     end type density_wave_found_t
 
 contains
@@ -57,7 +58,7 @@ contains
         type(density_wave_found_t) :: wave
 
         type(density_wave_found_t) :: other
-        real(dp) :: line, middle, at_rods, arc, gain, gain_of_other
+        real(dp) :: line, middle, at_rods, arc
         real(dp) :: along(3, size(problem%data%accelerometer_epoch))    ! the airflow, body axes
         integer :: i
 
@@ -67,20 +68,19 @@ contains
         do i = 1, size(along, 2)
             along(:, i) = airflow_at(problem%model, problem%state%quaternion, problem%data%accelerometer_epoch(i))
         end do
-        call look_near(problem, batch, along, arc, middle, wave, gain)
+        call look_near(problem, batch, along, arc, middle, wave)
         at_rods = likeliest_at_rods(rods, problem, batch, along, arc)
         if (abs(at_rods - middle)*arc < 1) return
-        call look_near(problem, batch, along, arc, at_rods, other, gain_of_other)
-        if (gain_of_other > gain) wave = other
+        call look_near(problem, batch, along, arc, at_rods, other)
+        if (other%gain > wave%gain) wave = other
     end function search_wave
 
     !> The best frequency near another.
-    subroutine look_near(problem, batch, along, arc, middle, wave, gain)
+    subroutine look_near(problem, batch, along, arc, middle, wave)
         type(whitened_problem_t), intent(in) :: problem
         type(batch_solution_t), intent(in) :: batch
         real(dp), intent(in) :: along(:, :), arc, middle        !! The airflow; s; Hz
         type(density_wave_found_t), intent(out) :: wave
-        real(dp), intent(out) :: gain                           !! At it
 
         real(dp) :: spacing, gains(FREQUENCIES), one(1), amplitude(2, 1), curvature
         integer :: i
@@ -93,8 +93,8 @@ contains
         if (curvature < 0) wave%frequency = wave%frequency + &
             spacing*min(1.0_dp, max(-1.0_dp, (gains(i - 1) - gains(i + 1))/(2*curvature)))
         call find_gains(problem, batch, along, [wave%frequency], one, amplitude)
-        gain = one(1)
-        wave%found = gain >= LEAST_GAIN
+        wave%gain = one(1)
+        wave%found = wave%gain >= LEAST_GAIN
         wave%amplitude = amplitude(:, 1)
     end subroutine look_near
 

@@ -3,8 +3,10 @@
 module gracecg_estimation_action
     use gracecg_base_kinds, only: dp
     use gracecg_base_constants, only: MILLIMETRE, AXES
+    use gracecg_base_statistics, only: order_of
     use gracecg_base_text, only: rounded_text, join, pick_text
     use gracecg_estimation_belief_report, only: belief_report_t
+    use gracecg_estimation_belief_words, only: say_value
     implicit none
     private
     public :: action_t, known_offset_t, known_of, decide, refuse_offset, listed_axes, ACTIONS, WANTED_ACCURACY
@@ -28,6 +30,8 @@ module gracecg_estimation_action
         real(dp) :: sigma(3) = 0            !! With all that is known to be left out of the fit's, m
         real(dp) :: unseen(3) = 0           !! What could move it without any test seeing it, m
         character(48) :: hidden(3) = ''     !! By what
+        character(120) :: suspicion(3) = ''
+        !! The value of that by the data, in words, where they contradict it if all else is exact
         real(dp) :: tolerated = 0           !! Of `unseen`, m
         logical :: signs_known = .false.    !! Of the accelerometer's axes
         logical :: signs_seen = .false.     !! The samples confirm them: nobody's word is needed
@@ -45,11 +49,12 @@ module gracecg_estimation_action
 contains
 
     !> What is known of an offset by its covariance and tests.
-    pure function known_of(offset, covariance, report) result(known)
+    function known_of(offset, covariance, report) result(known)
         real(dp), intent(in) :: offset(3), covariance(3, 3)     !! d, m; m^2
         type(belief_report_t), intent(in) :: report
         type(known_offset_t) :: known
 
+        character(:), allocatable :: text
         integer :: i
 
         known%value = offset
@@ -59,6 +64,9 @@ contains
             associate (test => report%values(report%largest_within(i)))
                 known%unseen(i) = abs(test%within(i))
                 known%hidden(i) = test%subject
+                if (abs(test%score) <= report%critical .or. test%all_or_nothing) cycle
+                call say_value(test%subject, test%belief, test%value, test%sigma, text)
+                known%suspicion(i) = text
             end associate
         end do
         known%tolerated = report%wanted
@@ -73,7 +81,7 @@ contains
         type(action_t), intent(out) :: action
 
         character(30) :: moves(3), sigmas(3), moments(3)
-        character(120) :: reasons(3)
+        character(:), allocatable :: why
         logical :: good(3), moved(3)
         integer :: axis
 
@@ -95,13 +103,6 @@ contains
             moves(axis) = trim(signed(known%value(axis)/MILLIMETRE))//' mm along '//AXES(axis)
             sigmas(axis) = rounded_text(known%sigma(axis)/MILLIMETRE, 2)
             moments(axis) = signed(mass*known%value(axis)/MILLIMETRE)
-            if (.not. known%sigma(axis) <= WANTED_ACCURACY) then
-                reasons(axis) = 'sigma of '//AXES(axis)//' '//trim(sigmas(axis))//' mm, wanted '// &
-                    rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)
-            else
-                reasons(axis) = 'unseen could be '//rounded_text(known%unseen(axis)/MILLIMETRE, 2)//' mm of '//AXES(axis)// &
-                    ' by '//trim(known%hidden(axis))//', wanted '//rounded_text(known%tolerated/MILLIMETRE, 2)
-            end if
         end do
         action%text = ''
         if (any(moved)) call append('trim: move the centre of mass by '//join(pack(moves, moved), ', ')//' (sigma '// &
@@ -110,10 +111,47 @@ contains
                                     'scale of the accelerometer are not tested)', 'and its accelerometer signs hold'))
         if (any(good .and. .not. moved)) call append('leave '//trim(listed_axes(good .and. .not. moved))//' (within '// &
                                                     rounded_text(NOT_ZERO, 2)//' sigma of 0)')
-        if (.not. all(good)) call append('calibrate again for '//trim(listed_axes(.not. good))//' ('// &
-                                         join(pack(reasons, .not. good), ', ')//')')
+        if (.not. all(good)) then
+            call say_reasons(why)
+            call append('calibrate again for '//trim(listed_axes(.not. good))//' ('//why//')')
+        end if
 
     contains
+
+        !> Why axes are not good: what the data say to be wrong first, the largest first, axes with the same reason together.
+        subroutine say_reasons(text)
+            character(:), allocatable, intent(out) :: text
+
+            character(:), allocatable :: part, effect
+            logical :: alike(3), told(3), suspicious
+            integer :: order(3), pass, k, i
+
+            text = ''
+            told = known%sigma <= WANTED_ACCURACY       ! but for what is hidden
+            order = order_of(merge(-known%unseen, -huge(1.0_dp), told))
+            do pass = 1, 2
+                do k = 1, 3
+                    i = order(k)
+                    suspicious = told(i) .and. known%suspicion(i) /= ''
+                    if (good(i) .or. (suspicious .neqv. pass == 1)) cycle
+                    alike = .not. good .and. told .and. known%hidden == known%hidden(i)
+                    if (told(i) .and. maxloc(known%unseen, 1, mask=alike) /= i) cycle
+                    effect = rounded_text(known%unseen(i)/MILLIMETRE, 2)//' mm of '//trim(listed_axes(alike))
+                    if (.not. told(i)) then
+                        part = 'sigma of '//AXES(i)//' '//trim(sigmas(i))//' mm, wanted '// &
+                            rounded_text(WANTED_ACCURACY/MILLIMETRE, 2)
+                    else if (suspicious) then
+                        part = trim(known%suspicion(i))//' by the data: '//effect
+                        if (text == '') part = 'check the setup: '//part
+                    else
+                        part = 'unseen could be '//effect//' by '//trim(known%hidden(i))//', wanted '// &
+                            rounded_text(known%tolerated/MILLIMETRE, 2)
+                    end if
+                    if (text /= '') text = text//', '
+                    text = text//part
+                end do
+            end do
+        end subroutine say_reasons
 
         subroutine append(part)
             character(*), intent(in) :: part
