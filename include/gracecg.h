@@ -418,7 +418,12 @@ gracecg_status gracecg_options_replace(const gracecg_object *object, const char 
      probability                    that chance makes so much
      consistent                     1: the runs agree on one offset, 0: they do not
      difference[][3]                each run alone minus all others, m
-     difference_sigma[][3]          its standard deviation if they agree, m */
+     difference_sigma[][3]          its standard deviation if they agree, m
+     "action"                       what to do, and why, in a line
+     action_sigma[3]                that it rests on, m
+     action_kind                    as of a fit; arcs are not tested
+     action_trim[3]                 1: the centre of mass is to be moved by d along this axis
+     action_again[3]                1: this axis takes another calibration */
 
 /* Items of a chain, and those of a joint estimate:
      arcs                           how many there are
@@ -433,7 +438,8 @@ gracecg_status gracecg_estimate(const char *algorithm, const gracecg_object *obs
                                 gracecg_error *error);
 
 /* One offset from several observation sets, by the algorithm optimal with the options of each; scale factors, rod
-   gain, magnetometer bias and inertia are one for all. observations[count] are handles. */
+   gain, magnetometer bias and inertia are one for all. observations[count] are handles. GRACECG_NOT_USABLE (the sets
+   do not agree, or one is contradicted) makes the joint estimate, too. */
 gracecg_status gracecg_estimate_joint(size_t count, gracecg_object *const *observations, gracecg_object **joint,
                                       gracecg_error *error);
 

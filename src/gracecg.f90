@@ -112,6 +112,7 @@ module gracecg
     use gracecg_estimation_action, only: action_t, ACTIONS, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE, NOT_TESTED
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly
     use gracecg_estimation_arc_chain, only: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
+    use gracecg_estimation_joint_action, only: act_on_runs
     use gracecg_estimation_joint_runs, only: joint_run_t, run_from_observations, estimate_runs
     use gracecg_estimation_offset_change, only: offset_change_t, read_changes
     use gracecg_estimation_offset_history, only: history_settings_t, tank_series_t, new_tank_series, offset_history_t, &
@@ -191,7 +192,7 @@ module gracecg
     public :: fit_record_t, fit_diagnostics_t, diagnose, NOISE_SOURCES, verdict_t, judge, finding_t, GRADE_GOOD, GRADE_DOUBTFUL
     public :: GRADE_BAD, action_t, ACTIONS, TRIM_IT, LEAVE_IT, CALIBRATE_AGAIN, DO_NOT_USE, NOT_TESTED
     public :: joint_options_t, joint_solution_t, run_verdict_t, estimate_jointly, joint_run_t, run_from_observations
-    public :: estimate_runs, run_information_t, SHARED_GROUPS
+    public :: estimate_runs, act_on_runs, run_information_t, SHARED_GROUPS
     public :: arc_chain_t, chained_arc_t, estimate_chain, USUAL_ARC
     public :: offset_change_t, read_changes, dated_offset_t, read_offsets, history_settings_t, tank_series_t
     public :: new_tank_series, offset_history_t, history_point_t, trace_offset

@@ -47,14 +47,15 @@ def _declarations() -> str:
 
 
 def _load() -> Any:
-    """The library for Level-1 data; that which it is linked with, libgracecg.so, stands beside it and is loaded with it. A package
-    of a distribution has it where the loader finds it."""
+    """The library for Level-1 data. That which it is linked with, libgracecg.so, stands beside it and is loaded first: by itself
+    the loader would take another one of LD_LIBRARY_PATH. A package of a distribution has both where the loader finds them."""
     inside = sorted(FOLDER.glob("lib*/**/libgracecg_level1.*"))
     path = str(inside[0]) if inside else "libgracecg_level1.so.0"
     for own in (None, *FOLDER.glob("libgomp/*")):       # of a wheel, for a system that has no OpenMP
         try:
-            if own is not None:
-                ctypes.CDLL(str(own))
+            for first in (own, *sorted(FOLDER.glob("lib*/**/libgracecg.*"))):
+                if first is not None:
+                    ctypes.CDLL(str(first))
             return ffi.dlopen(path)
         except OSError as failure:
             reason = failure

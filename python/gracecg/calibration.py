@@ -401,6 +401,8 @@ def monte_carlo(case: Case, algorithm: str = "optimal", runs: int = 15, seed: in
     options : str or mapping, optional
         In place of the case's.
     """
+    if not isinstance(case, Case):
+        raise TypeError(f"an object of the class Case is expected, not {case!r}")
     if runs < 1:
         raise ValueError(f"runs is {runs}; 1 or more are allowed")
     simulator = case._with(options).simulator()

@@ -250,7 +250,7 @@ class Fit(Handle):
 
     def action(self) -> "Action":
         """What to do after this calibration, and why."""
-        return self._values(Action, text=self._text("action"))
+        return _action_of(self)
 
     def running(self) -> dict[str, Array]:
         """The offset as "sequential" had it on the way: "time" (n,), s; "offset", "sigma" (n, 3), m."""
@@ -477,7 +477,7 @@ class Observations(_WithOptions):
         """One offset of a long set, by "optimal", in arcs of `arc` seconds at most."""
         chosen = self._with(options)
         found = Handle("estimate_chain", chosen._handle, arc, threads)
-        return found._values(Chain, warnings=found._text("warnings").splitlines())
+        return found._values(Chain, action=_action_of(found), warnings=found._text("warnings").splitlines())
 
 
 @dataclass(frozen=True, eq=False)
@@ -486,6 +486,8 @@ class Joined:
 
     Attributes
     ----------
+    action : Action
+        What to do. Arcs are not tested.
     offset, covariance : ndarray, (3,), (3, 3)
         At the time of the last, body axes, m; m^2.
     chi_square, degrees, probability : float, int, float
@@ -494,6 +496,7 @@ class Joined:
         They agree on one offset.
     """
 
+    action: Action
     offset: Array = array(3)
     covariance: Array = array(3, 3)
     chi_square: float
@@ -615,4 +618,11 @@ def estimate_joint(observations: Sequence[Observations], options: Options | None
     """One offset from several observation sets, by "optimal" with the options of each, or those that are given."""
     sets = [one if options is None else one.with_options(options) for one in observations]
     handles = ffi.new("gracecg_object *[]", [Observations._of(one) for one in sets])
-    return Handle("estimate_joint", len(observations), handles)._values(Joint)
+    found = Handle("estimate_joint", len(handles), handles, allowed=[NOT_USABLE])
+    if (action := _action_of(found)).kind == DO_NOT_USE:
+        warnings.warn(action.text, stacklevel=2)
+    return found._values(Joint, action=action)
+
+
+def _action_of(estimate: Handle) -> Action:
+    return estimate._values(Action, text=estimate._text("action"))

@@ -310,12 +310,16 @@ def test_joint(case):
     simulator = case.simulator()
     joint = gracecg.estimate_joint([simulator.observe(1, 1), simulator.observe(1, 2)])
     assert joint.consistent and joint.difference.shape == (2, 3)
-    assert np.allclose(joint.offset, case.offset, atol=1e-4)
+    assert np.allclose(joint.offset, case.offset, atol=1e-4) and joint.action.kind in (1, 2, 3)
+    with pytest.warns(UserWarning, match="the runs do not agree on one offset"):
+        apart = gracecg.estimate_joint([simulator.observe(1, 1), gracecg.Case("back-3").simulator().observe(1, 2)])
+    assert apart.action.text.startswith("do not use") and not apart.consistent
 
 
 def test_chain(case):
     chain = case.simulator().observe(1, 1).estimate_chain(arc=20.0, threads=2)
     assert (chain.arcs, chain.joined, chain.degrees) == (3, 3, 6) and isinstance(chain.warnings, list)
+    assert chain.action.text.startswith("not tested: in arcs")
     assert isinstance(chain.consistent, bool) and 0 <= chain.probability <= 1
     assert np.allclose(chain.offset, case.offset, atol=5e-4)
     with pytest.raises(gracecg.GracecgError, match="arcs of 1 s"):

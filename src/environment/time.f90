@@ -148,9 +148,12 @@ contains
         type(utc_t), intent(in) :: utc
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. is_in_range(utc)) then
-            call fail(error, utc_text(utc)//' is outside the covered times, '// &
-                      '1900-01-01T00:00:00 to the end of 2100-12-31 UTC')
+        if (is_in_range(utc)) return
+        if (utc%mjd >= FIRST_MJD .and. utc%mjd <= LAST_MJD) then
+            call fail(error, utc_text(utc)//': seconds are those of the day, from 0 to below '// &
+                      integer_text(day_length(utc%mjd))//'; utc_plus goes from day to day')
+        else
+            call fail(error, utc_text(utc)//' is outside the covered times, 1900-01-01T00:00:00 to the end of 2100-12-31 UTC')
         end if
     end subroutine check_utc_in_range
 

@@ -3,11 +3,11 @@
 module gracecg_interface_estimates
     use, intrinsic :: iso_c_binding, only: c_intptr_t
     use gracecg, only: dp, error_t, solution_t, estimate_offset, fit_record_t, fit_diagnostics_t, diagnose, &
-        verdict_t, judge, DO_NOT_USE, joint_run_t, joint_options_t, &
+        verdict_t, judge, action_t, act_on_runs, DO_NOT_USE, NOT_TESTED, joint_run_t, joint_options_t, &
         joint_solution_t, run_from_observations, estimate_runs, arc_chain_t, USUAL_ARC, estimate_in_arcs => estimate_chain
     use gracecg_base_error, only: add_context, fail
     use gracecg_base_kinds, only: i8
-    use gracecg_base_text, only: integer_text
+    use gracecg_base_text, only: string_t, append, integer_text
     use gracecg_environment_time, only: time_tag
     use gracecg_estimation_belief_report, only: CONTRADICTED, UNTESTED
     use gracecg_estimation_belief_words, only: say_contradiction, say_untested, say_failed_tests
@@ -34,6 +34,7 @@ module gracecg_interface_estimates
     !> One offset of several observation sets behind a handle.
     type, extends(object_t) :: joint_object_t
         type(joint_solution_t) :: solution              !! The result
+        type(action_t) :: action                        !! What to do with it
     contains
         procedure :: tell => tell_joint                 !! Puts its items
     end type joint_object_t
@@ -174,7 +175,7 @@ contains
             call fail(items%failure, 'tests of the fit: '//fit%untested%message)
             return
         end if
-        associate (found => fit%tests, action => fit%verdict%action)
+        associate (found => fit%tests)
             call items%put('test_torque_factor', fit%record%torque_factor)
             call items%put('test_torque_sigma', fit%record%torque_sigma)
             call items%put('test_attitude_misfit', fit%record%attitude_misfit)
@@ -192,13 +193,20 @@ contains
             call items%put('test_source_share', found%source_share)
             call items%put('test_semi_axis', found%ellipsoid%semi_axis)
             call items%put('test_direction', found%ellipsoid%direction)
-            call items%say('action', action%text)
-            call items%put('action_sigma', action%sigma)
-            call items%put('action_kind', real(action%kind, dp))
-            call items%put('action_trim', merge(1.0_dp, 0.0_dp, action%trimmed))
-            call items%put('action_again', merge(1.0_dp, 0.0_dp, action%again))
         end associate
+        call tell_action(fit%verdict%action, items)
     end subroutine tell_tests
+
+    subroutine tell_action(action, items)
+        type(action_t), intent(in) :: action
+        type(items_t), intent(inout) :: items
+
+        call items%say('action', action%text)
+        call items%put('action_sigma', action%sigma)
+        call items%put('action_kind', real(action%kind, dp))
+        call items%put('action_trim', merge(1.0_dp, 0.0_dp, action%trimmed))
+        call items%put('action_again', merge(1.0_dp, 0.0_dp, action%again))
+    end subroutine tell_action
 
     subroutine tell_beliefs(solution, items)
         type(solution_t), intent(in) :: solution
@@ -236,16 +244,22 @@ contains
         type(outcome_t), intent(inout) :: outcome
 
         type(joint_run_t) :: runs(count)
+        type(string_t), allocatable :: names(:)
         type(error_t), allocatable :: failure
         integer :: i
 
+        allocate (names(0))
         do i = 1, count
             call run_of_handle(int(observations(i), i8), i, runs(i), outcome)
+            call append(names, 'run '//integer_text(i))
         end do
         if (.not. outcome%good()) return
         call estimate_runs(runs, joint_options_t(), made%solution, failure)
         call outcome%take(failure)
         call require_finite([made%solution%offset, [made%solution%covariance]], outcome)
+        if (.not. outcome%good()) return
+        call act_on_runs(runs, joint_options_t(), names, made%solution, made%action)
+        if (made%action%kind == DO_NOT_USE) call outcome%refuse(STATUS_NOT_USABLE, made%action%text)
     end subroutine estimate_joint
 
     subroutine run_of_handle(handle, i, run, outcome)
@@ -275,6 +289,7 @@ contains
         type(items_t), intent(inout) :: items
 
         call tell_joined(self%solution, items)
+        call tell_action(self%action, items)
     end subroutine tell_joint
 
     subroutine tell_joined(solution, items)
@@ -316,6 +331,8 @@ contains
         character(:), allocatable :: text
 
         call tell_joined(self%chain%solution, items)
+        call tell_action(action_t(NOT_TESTED, text='not tested: in arcs nothing of what the setup says is; estimate the part '// &
+                                  'with a manoeuvre by itself before masses move'), items)
         call items%put('arcs', real(size(self%chain%arcs), dp))
         call items%put('joined', real(count(self%chain%arcs%joined), dp))
         call lines_of(self%chain%warnings, text)

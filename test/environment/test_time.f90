@@ -160,6 +160,7 @@ contains
         do i = 1, size(bad)
             call check_utc_in_range(bad(i), failure)
             call check(error, allocated(failure))
+            if (i == 3 .or. i == 4) call check_fails(error, failure, 'seconds are those of the day, from 0 to below 86400')
         end do
     end subroutine test_range
 

@@ -5,7 +5,7 @@ module test_c_estimates
     use gracecg, only: observation_set_t, solution_t, estimate_offset, report_options, ESTIMATOR_NAMES, moment_series_t, &
         new_moment_series, take_measured_moments, dipole_moment, joint_run_t, joint_solution_t, joint_options_t, &
         run_from_observations, estimate_runs, arc_chain_t, estimate_chain, fit_record_t, fit_diagnostics_t, diagnose, &
-        verdict_t, judge
+        verdict_t, judge, action_t, act_on_runs
     use c_library
     use c_checks
     implicit none
@@ -122,7 +122,8 @@ contains
         type(joint_solution_t) :: expected
         type(observation_set_t) :: set
         type(error_t), allocatable :: problem
-        integer(c_intptr_t) :: observations(2), joint
+        type(action_t) :: action
+        integer(c_intptr_t) :: observations(2), joint, other
         integer :: i
 
         do i = 1, 2
@@ -140,7 +141,16 @@ contains
                          [expected%runs(1)%difference, expected%runs(2)%difference, expected%runs(1)%difference_sigma, &
                           expected%runs(2)%difference_sigma], 'differences')
         call check_equal(error, [item(joint, 'degrees', 1), item(joint, 'consistent', 1)], [3.0_dp, 1.0_dp], 'agreement')
+        call act_on_runs(runs, joint_options_t(), [string_t('run 1'), string_t('run 2')], expected, action)
+        call check_equal(error, [item(joint, 'action_kind', 1), item(joint, 'action_sigma', 3)], &
+                         [real(action%kind, dp), action%sigma], 'action')
         status = gracecg_free(joint)
+        call simulate('back-3', 5, 2, other)
+        call check_refused(error, NOT_USABLE, 'run 1 minus run 2', &
+                           gracecg_estimate_joint(2_c_size_t, [observations(2), other], joint, failure))
+        call check_equal(error, item(joint, 'action_kind', 1), [4.0_dp], 'runs that do not agree')
+        status = gracecg_free(joint)
+        status = gracecg_free(other)
         call check_refused(error, BAD_SIZE, 'count = 0', gracecg_estimate_joint(NONE, observations, joint, failure))
         status = gracecg_free(observations(2))
         status = gracecg_estimate_joint(2_c_size_t, observations, joint, failure)

@@ -345,7 +345,7 @@ contains
             'print}}'' "$f" >"$f.new" && mv "$f.new" "$f"; done')
         call estimated()
         if (allocated(error)) return
-        call check_says(error, estimate%action%text, 'with care: samples of ACC1A hardly differ from their neighbours')
+        call check_says(error, estimate%action%text, 'do not use: samples of ACC1A hardly differ from their neighbours')
         call again()
         call change(path, 'ACC1A', [1], 1.0_dp, -7.0_dp, error)
         call told('tags of the accelerometer (ACC) are -7 s off')

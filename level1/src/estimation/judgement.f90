@@ -472,7 +472,8 @@ contains
     pure logical function is_smoothed(estimate)
         type(level1_estimate_t), intent(in) :: estimate
 
-        real(dp), parameter :: LITTLE = 0.35_dp     ! Chosen: three sound simulated days have 1.4 to 1.7, means of 1 s 0.22, 0.3
+        real(dp), parameter :: LITTLE = 0.35_dp     ! Chosen: three sound simulated days have 1.4 to 1.7, ten seconds of
+                                                    ! GRACE-C (2023-06-01) 1.0 to 1.8; means of 1 s 0.22, 0.3
         real(dp), parameter :: NO_NOISE = 1e-11_dp  ! m/s^2, chosen: less is what the model leaves
         real(dp) :: squares(3), differences(3)
         integer :: i, k, n
@@ -508,8 +509,8 @@ contains
             associate (solution => estimate%solutions(i), first => estimate%solutions(1))
                 sigma = sigma_of(solution)
                 solution%flag = 0
-                if (.not. calibration%all_day .and. is_smoothed(estimate)) call lower(1, 'samples of ACC1A hardly differ from '// &
-                    'their neighbours: smoothed ones make the offset too small')
+                if (.not. calibration%all_day .and. is_smoothed(estimate)) call lower(2, 'samples of ACC1A hardly differ from '// &
+                    'their neighbours: smoothed ones make the offset too small; take ACC1A as it was recorded')
                 if (maxval(sigma) > GOOD_SIGMA) call lower(1, 'sigma above 5 um')
                 mixed = solution%leakage == 'a priori' .and. solution%condition > WORST_CONDITION
                 if (mixed) call lower(1, 'leakage and d are not separable')

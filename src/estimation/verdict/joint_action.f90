@@ -4,7 +4,7 @@ module gracecg_estimation_joint_action
     use gracecg_base_constants, only: MILLIMETRE
     use gracecg_base_error, only: error_t
     use gracecg_base_text, only: string_t, integer_text, rounded_text
-    use gracecg_estimation_action, only: action_t, known_offset_t, decide, refuse_offset
+    use gracecg_estimation_action, only: action_t, known_offset_t, decide, refuse_offset, NOT_TESTED
     use gracecg_estimation_belief_words, only: say_contradiction
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, joint_sigma, estimate_jointly
     use gracecg_estimation_joint_runs, only: joint_run_t
@@ -32,8 +32,13 @@ contains
             return
         end if
         do i = 1, size(runs)
-            text = 'what its setup says was not tested against the data (test_beliefs)'
-            if (allocated(runs(i)%solution%beliefs)) call say_contradiction(runs(i)%solution%beliefs, text)
+            if (.not. allocated(runs(i)%solution%beliefs)) then
+                action%kind = NOT_TESTED
+                action%text = 'not tested: '//names(i)%text//': what its setup says was not tested against the data '// &
+                    '(test_beliefs, covariance); estimate with them before masses move'
+                return
+            end if
+            call say_contradiction(runs(i)%solution%beliefs, text)
             if (text == '') cycle
             call refuse_offset(names(i)%text//': '//text, action)
             return
