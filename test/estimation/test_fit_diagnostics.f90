@@ -436,6 +436,10 @@ contains
         call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=NAN, &
                                    signs_known=.true.), 400.0_dp, action)
         call advises(error, action, CALIBRATE_AGAIN, 0, 7, 'sigma of x NaN mm')
+        ! Of a large offset what is unseen grows with it: nothing would ever be moved
+        call decide(known_offset_t(value=[2e-3_dp, -2e-3_dp, 3e-4_dp], sigma=spread(1e-5_dp, 1, 3), signs_known=.true., &
+                                   unseen=[1.9e-4_dp, 2.1e-4_dp, 4e-5_dp], tolerated=5e-5_dp), 400.0_dp, action)
+        call advises(error, action, TRIM_IT, 5, 6, '; then calibrate again for x (unseen could be up to a tenth')
         ! What the data suggest comes first, the largest first, and once
         call decide(known_offset_t(value=[1e-4_dp, 4e-4_dp, 3e-4_dp], sigma=spread(1e-5_dp, 1, 3), signs_known=.true., &
                                    unseen=[6e-5_dp, 1.2e-4_dp, 1.5e-4_dp], tolerated=5e-5_dp, &

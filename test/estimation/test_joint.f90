@@ -7,7 +7,7 @@ module test_joint
     use gracecg_base_lapack, only: solve_normal_equations, normal_equations
     use gracecg_base_text, only: split
     use gracecg_environment_time, only: utc_t, utc_plus, seconds_between, parse_utc
-    use gracecg_estimation_action, only: action_t, known_offset_t, DO_NOT_USE, TRIM_IT
+    use gracecg_estimation_action, only: action_t, known_offset_t, DO_NOT_USE, NOT_TESTED, TRIM_IT
     use gracecg_estimation_joint_action, only: act_on_runs, known_of_runs
     use gracecg_estimation_information, only: information_t, eliminated_t, information_of, squares_of
     use gracecg_estimation_joint_estimate, only: joint_options_t, joint_solution_t, estimate_jointly
@@ -295,7 +295,7 @@ contains
         end associate
         deallocate (runs(2)%solution%beliefs)
         call act_on_runs(runs(:2), asked, names(:2), joint, action)
-        call check(error, action%kind == DO_NOT_USE .and. index(action%text, 'second: what its setup says was not tested') > 0, &
+        call check(error, action%kind == NOT_TESTED .and. index(action%text, 'second: what its setup says was not tested') > 0, &
                    action%text)
         asked%changes = [offset_change_t(utc_plus(runs(1)%information%epoch, 2e6_dp), CHANGE, [1.0_dp, 1.0_dp, 1.0_dp]*1e-6_dp)]
         call estimate_jointly(runs%information, asked, joint, failure)

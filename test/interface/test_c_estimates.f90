@@ -146,7 +146,7 @@ contains
                          [real(action%kind, dp), action%sigma], 'action')
         status = gracecg_free(joint)
         call simulate('back-3', 5, 2, other)
-        call check_refused(error, NOT_USABLE, 'run 1 minus run 2', &
+        call check_refused(error, NOT_USABLE, 'run 2 minus run 1', &
                            gracecg_estimate_joint(2_c_size_t, [observations(2), other], joint, failure))
         call check_equal(error, item(joint, 'action_kind', 1), [4.0_dp], 'runs that do not agree')
         status = gracecg_free(joint)

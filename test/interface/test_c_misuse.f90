@@ -233,7 +233,7 @@ contains
             call check_refused(error, BAD_VALUE, 'number 3 of position')
             call check_refused(error, BAD_VALUE, 'seconds', gracecg_sun_position(epoch, ONE, bad(k:k), a, failure))
             status = gracecg_sun_position(utc_struct(47528, bad(k)), ONE, [0.0_dp], a, failure)
-            call check_refused(error, BAD_VALUE, 'outside the covered times')
+            call check_refused(error, BAD_VALUE, 'seconds are those of the day')
             status = gracecg_sun_illumination(ONE, PLACE, [bad(k), 0.0_dp, 0.0_dp], a, failure)
             call check_refused(error, BAD_VALUE, 'sun')
             status = gracecg_density_open(c_string('dtm77'), indices=[bad(k), 150.0_dp, 2.0_dp], density=handle, error=failure)

@@ -166,6 +166,10 @@ contains
                 integer_text(estimate%span_of(moved%behind))//' and span '//integer_text(estimate%span_of(moved%behind + 1))// &
                 ': were masses moved?')
         end associate
+        if (.not. calibration%all_day .and. size(estimate%findings) == 0) then      ! what is wrong may be as smooth
+            if (is_smoothed(estimate)) call append(estimate%findings, 'samples of ACC1A hardly differ from their neighbours: '// &
+                'smoothed ones make the offset too small; take ACC1A as it was recorded')
+        end if
     end subroutine look_over_spans
 
     !> Currents that read zero, or one value, in a part of a span in which the satellite goes on as if the rod was driven: what
@@ -509,8 +513,6 @@ contains
             associate (solution => estimate%solutions(i), first => estimate%solutions(1))
                 sigma = sigma_of(solution)
                 solution%flag = 0
-                if (.not. calibration%all_day .and. is_smoothed(estimate)) call lower(2, 'samples of ACC1A hardly differ from '// &
-                    'their neighbours: smoothed ones make the offset too small; take ACC1A as it was recorded')
                 if (maxval(sigma) > GOOD_SIGMA) call lower(1, 'sigma above 5 um')
                 mixed = solution%leakage == 'a priori' .and. solution%condition > WORST_CONDITION
                 if (mixed) call lower(1, 'leakage and d are not separable')

@@ -21,6 +21,7 @@ module gracecg_level1_time_shifts
     real(dp), parameter :: AROUND = 2           !! Attitudes are differenced over so long either way, s
     real(dp), parameter :: ALIKE = 0.8_dp       !! Correlation of what is at the same time, chosen: sound days have 0.98 and more;
                                                 !! heads alone (without SCA1B) have 0.5, and tell nothing
+    real(dp), parameter :: SHORTEST = 40        !! Of all arcs, s: twice the largest shift
     real(dp), parameter :: BETTER = 0.15_dp     !! By which it is more with the shift, chosen
 
 contains
@@ -35,6 +36,7 @@ contains
         logical :: clear(2)
 
         text = ''
+        if (sum(arcs%knowledge%duration) < SHORTEST) return
         call find_lag(arcs, .false., by_attitude, clear(1))
         by_channels = 0
         clear(2) = .true.
@@ -64,8 +66,9 @@ contains
         character(:), allocatable, intent(out) :: text      !! Without a full stop; empty: they do not jump
 
         real(dp), parameter :: HALF = 0.5_dp        ! s: torques are differenced over as much either way
-        ! s, chosen: by the first d moves by some 5 um; a rate holds no longer than the last (exchanged currents look like more)
-        real(dp), parameter :: LEAST = 0.02_dp, MOST = 1
+        ! s, chosen: by the first d moves by some 30 um, and a wrong inertia looks like 0.05; a rate holds no longer than the last
+        ! (exchanged currents look like more)
+        real(dp), parameter :: LEAST = 0.1_dp, MOST = 1
         ! Of white noise, chosen: 20 sound simulated days have at most 4.1, two with square currents 6.7, jumps of 0.3 s 83 and 161
         real(dp), parameter :: SIGMAS = 15
         integer, parameter :: FEWEST = 50           ! Samples on either side

@@ -74,7 +74,8 @@ contains
     end function known_of
 
     !> The action for an offset that nothing contradicts. Each axis is taken for itself: it is moved if its sigma, and what
-    !> could hide, are as small as wanted, and it differs from 0.
+    !> could hide, are as small as wanted, and it differs from 0. What could hide grows with the offset: of a large one it may be
+    !> a tenth, and another calibration follows.
     subroutine decide(known, mass, action)
         type(known_offset_t), intent(in) :: known
         real(dp), intent(in) :: mass                !! Of the satellite, kg
@@ -82,12 +83,15 @@ contains
 
         character(30) :: moves(3), sigmas(3), moments(3)
         character(:), allocatable :: why
-        logical :: good(3), moved(3)
+        real(dp), parameter :: LARGE = 1e-3_dp, PART = 0.1_dp       ! m; chosen
+        logical :: good(3), moved(3), rough(3)
         integer :: axis
 
-        good = known%sigma <= WANTED_ACCURACY .and. known%unseen <= known%tolerated
+        good = known%sigma <= WANTED_ACCURACY .and. known%unseen <= &
+               max(known%tolerated, merge(PART*abs(known%value), 0.0_dp, abs(known%value) > LARGE))
+        rough = good .and. known%unseen > known%tolerated
         moved = good .and. abs(known%value) > NOT_ZERO*known%sigma
-        action%again = .not. good
+        action%again = rough .or. .not. good
         if (any(moved) .and. .not. known%signs_known) then
             action%again = .true.
             action%kind = CALIBRATE_AGAIN
@@ -109,6 +113,8 @@ contains
                                     join(pack(sigmas, moved), ', ')//' mm; mass moments '//join(pack(moments, moved), ', ')// &
                                     ' kg mm), if the setup '//pick_text(known%signs_seen, 'holds (mass and common '// &
                                     'scale of the accelerometer are not tested)', 'and its accelerometer signs hold'))
+        if (any(rough)) call append('then calibrate again for '//trim(listed_axes(rough))//' (unseen could be up to a tenth '// &
+                                    'of so large an offset)')
         if (any(good .and. .not. moved)) call append('leave '//trim(listed_axes(good .and. .not. moved))//' (within '// &
                                                     rounded_text(NOT_ZERO, 2)//' sigma of 0)')
         if (.not. all(good)) then
