@@ -29,8 +29,9 @@ contains
     subroutine test_movement_of_arcs(error)
         type(error_type), allocatable, intent(out) :: error
         integer, parameter :: ARCS = 60, SAMPLES = 4, N = 5, RUNS = 100, NONE = 0, JUMP = 1, DRIFT = 2, BEFORE = 23
-        real(dp), parameter :: TRUE(N) = [1.0_dp, -2.0_dp, 0.5_dp, 0.3_dp, -0.2_dp], CHANGE(3) = [0.0_dp, 2.0_dp, 0.0_dp]
-        real(dp), parameter :: PRIOR(N) = [0.0_dp, 0.0_dp, 0.0_dp, 10.0_dp, 10.0_dp]
+        real(dp), parameter :: UNIT = 1e-4_dp       ! m
+        real(dp), parameter :: TRUE(N) = UNIT*[1.0_dp, -2.0_dp, 0.5_dp, 0.3_dp, -0.2_dp], CHANGE(3) = UNIT*[0.0_dp, 2.0_dp, 0.0_dp]
+        real(dp), parameter :: PRIOR(N) = UNIT*[0.0_dp, 0.0_dp, 0.0_dp, 10.0_dp, 10.0_dp]
         type(information_t) :: arc(ARCS)
         type(utc_t) :: times(ARCS)
         type(movement_t) :: found, by_span
@@ -50,6 +51,7 @@ contains
                     do k = 1, SAMPLES
                         call stream%normals(rows(:, k))
                     end do
+                    rows = rows/UNIT
                     call stream%normals(seen)
                     share = 0
                     if (kind == JUMP .and. i > BEFORE) share = 1
@@ -74,6 +76,15 @@ contains
                     told(kind) = told(kind) + merge(1, 0, kind == JUMP .and. found%kind /= 'drift' .or. &
                                                     kind == DRIFT .and. found%kind /= 'jump')
                 end select
+                if (kind == JUMP .and. run == 1) then       ! the same of metres: no satellite's offset changes by so much
+                    do i = 1, ARCS
+                        arc(i)%matrix = arc(i)%matrix*UNIT**2
+                        arc(i)%rhs = arc(i)%rhs*UNIT
+                    end do
+                    call movement_of_arcs(arc, times, PRIOR/UNIT, spread(0.0_dp, 1, N), by_span, failure)
+                    if (failed(error, failure)) return
+                    call check(error, by_span%kind == 'none' .and. by_span%offset(1) > 0, 'a change of metres')
+                end if
                 if (kind == JUMP .and. found%kind /= 'none') then
                     if (seconds_between(found%from, times(BEFORE)) > -1 .and. seconds_between(times(BEFORE + 1), found%to) > -1) &
                         placed = placed + 1

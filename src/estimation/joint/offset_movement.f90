@@ -36,6 +36,7 @@ module gracecg_estimation_offset_movement
     end type movement_t
 
     integer, parameter :: LEAST_ARCS = 4        !! Before and behind a jump
+    real(dp), parameter :: UNTOLD = 5e-4_dp     !! Sigma of a change, m, beyond which none is told: no satellite's is so large
     real(dp), parameter :: LEVEL = 0.01_dp      !! Of chance, beyond which something is told
     real(dp), parameter :: SPAN_LEVEL = 1e-3_dp     !! The same between the spans of a manoeuvre: of a thousand one is told
 
@@ -124,8 +125,12 @@ contains
                 change = movement_t()
                 return
             end if
-            change%gain = dot_product(rhs, change%change)
             change%sigma = sqrt([(inverse(j, j), j=1, 3)])
+            if (any(change%sigma > UNTOLD)) then
+                change = movement_t()
+                return
+            end if
+            change%gain = dot_product(rhs, change%change)
             rest = identity(3) - taken(:3, :)
             change%offset = at(:3) + value(:3) + matmul(rest, change%change)
             change%covariance = covariance(:3, :3) + matmul(rest, matmul(inverse, transpose(rest)))
