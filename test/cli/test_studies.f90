@@ -234,8 +234,8 @@ contains
         call check_says(error, output, 'x: converged ... z: converged')
     end subroutine test_chosen_threshold
 
-    !> Without noise, density wave and balancing error only what scale factors and unmodelled torques
-    !> make is left: a hundredth of the offset goes over from round to round.
+    !> Without noise, density wave and balancing error only what scale factors and unmodelled torques make is left: a hundredth of
+    !> the offset goes over from round to round. Such residuals are no noise, which tests would say.
     subroutine test_exact_trim(error)
         type(error_type), allocatable, intent(out) :: error
         type(case_t) :: case
@@ -251,9 +251,10 @@ contains
         case%density_wave%amplitude = 0
         settings%threshold = 0.01_dp*MILLIMETRE
         settings%balance_error = 0
-        call trim_offset(case, 'ascrest', estimation_options_t(), settings, rounds, failure)
+        call trim_offset(case, 'ascrest', estimation_options_t(test_beliefs=.false.), settings, rounds, failure)
         if (failed(error, failure)) return
-        if (unmet(error, size(rounds), 2)) return
+        call check(error, size(rounds), 2, rounds(1)%action%text)
+        if (allocated(error)) return
         call check(error, maxval(abs(rounds(2)%offset - (rounds(1)%offset - rounds(1)%estimate))), 0.0_dp, &
                    thr=1e-18_dp)
         call check(error, norm2(rounds(2)%offset) < 0.03_dp*norm2(rounds(1)%offset))
