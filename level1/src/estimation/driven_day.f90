@@ -20,12 +20,13 @@ contains
     !> Gathers the data and estimates the offset. A part that cannot be fitted is left out with a note; fails when none can.
     subroutine estimate_driven_day(places, setup, satellite, given_span, field_choice, day, every, leakage, calibration, &
                                    estimate, error, longest)
-        character(*), intent(in) :: places(:)       !! As of gather_calibration, like those that follow
+        character(*), intent(in) :: places(:)       !! Of the Level-1 files: folders, bundles, files
         type(level1_setup_t), intent(in) :: setup
-        character(*), intent(in) :: satellite
-        real(dp), intent(in) :: given_span(:, :)
-        character(*), intent(in) :: field_choice
-        character(*), intent(in) :: day
+        character(*), intent(in) :: satellite       !! A to D; blank: the only one there is
+        real(dp), intent(in) :: given_span(:, :)    !! Part of the files, (2, 1): start, s past 2000-01-01 12:00 GPS, and duration, s;
+                                                    !! (2, 0): all
+        character(*), intent(in) :: field_choice    !! model or magnetometer
+        character(*), intent(in) :: day             !! That has part of the data, YYYY-MM-DD; empty: all files
         real(dp), intent(in) :: every               !! Length of the spans, s
         character(*), intent(in) :: leakage         !! Of LEAKAGE_CHOICES
         type(level1_calibration_t), intent(out) :: calibration      !! Of the first part, with the spans of all
