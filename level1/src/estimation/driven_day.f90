@@ -23,7 +23,7 @@ contains
         character(*), intent(in) :: places(:)       !! Of the Level-1 files: folders, bundles, files
         type(level1_setup_t), intent(in) :: setup
         character(*), intent(in) :: satellite       !! A to D; blank: the only one there is
-        real(dp), intent(in) :: given_span(:, :)    !! Part of the files, (2, 1): start, s past 2000-01-01 12:00 GPS, and duration, s;
+        real(dp), intent(in) :: given_span(:, :)    !! Part of the files, (2, 1): start, GPS s past 2000-01-01 12:00, duration, s;
                                                     !! (2, 0): all
         character(*), intent(in) :: field_choice    !! model or magnetometer
         character(*), intent(in) :: day             !! That has part of the data, YYYY-MM-DD; empty: all files
