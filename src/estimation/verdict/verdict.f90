@@ -9,8 +9,7 @@ module gracecg_estimation_verdict
     use gracecg_estimation_diagnostics, only: fit_diagnostics_t, WHITENESS_LAGS
     use gracecg_estimation_fit_checks, only: DOUBTFUL, SIGNIFICANT, MISFITTING, MUCH_NOISE
     use gracecg_estimation_belief_words, only: say_counts, say_contradiction, say_undetected, say_untested, say_failed_tests
-    use gracecg_estimation_action, only: action_t, known_offset_t, known_of, decide, refuse_offset, listed_axes, &
-        NOT_TESTED, WANTED_ACCURACY
+    use gracecg_estimation_action       ! with a list gfortran 12 -O0 ends with an internal error
     implicit none
     private
     public :: verdict_t, finding_t, judge, act_on, GRADE_GOOD, GRADE_DOUBTFUL, GRADE_BAD
